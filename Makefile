@@ -1,0 +1,52 @@
+# Needs only python3 (3.11 or later) and make. Everything is installed into .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+TESTS ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check validate bench format clean
+
+help:  ## Show what can be made.
+	@sed -n 's/^\([a-z]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
+
+demo: .venv/installed  ## Run the main job: a 6x6 knit, two biaxial cycles to 40 %.
+	$(BIN)/knitlab run examples/biaxial_cycle.yaml
+
+test: .venv/installed-dev  ## Run the tests, slow ones left out. TESTS=path picks some.
+	$(BIN)/pytest --numprocesses 2 $(TESTS)
+
+check: .venv/installed-dev  ## Check format, lint, types and the direction of imports.
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included.
+	$(BIN)/pytest tests/validation -m "" --quiet $(TESTS)
+
+bench: .venv/installed-dev  ## Time the main job.
+	$(BIN)/python -m benchmarks
+
+format: .venv/installed-dev  ## Format the code and apply safe fixes.
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+clean:  ## Remove what was installed, built and cached here.
+	rm -rf .venv build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A stamp that is newer than its sources means: nothing to install.
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "knitlab needs Python 3.11 or later")'
+	$(PYTHON) -m venv .venv
+
+.venv/installed: pyproject.toml constraints.txt | .venv/bin/python
+	@echo "Installing knitlab into .venv (once)"
+	$(PIP) --editable '.[pictures]'
+	@touch $@
+
+.venv/installed-dev: pyproject.toml constraints.txt | .venv/bin/python
+	@echo "Installing knitlab and its checkers into .venv (once)"
+	$(PIP) --editable '.[pictures,test,dev]'
+	@touch $@ .venv/installed

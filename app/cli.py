@@ -1,0 +1,195 @@
+"""Open the command-line door: results to stdout, progress and complaints to stderr.
+
+Heavy modules are imported inside the commands, so that `knitlab --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from knitlab_core.errors import KnitlabError, SolverError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.usecases import RunResult
+
+USAGE, SOLVER_FAILED, NO_DATA, INTERRUPTED = 2, 3, 4, 130
+
+knitlab = typer.Typer(
+    name="knitlab",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    help="""A virtual laboratory for the mechanics of knits.
+
+    A protocol (YAML) says which knit is tested on which rig, and how. A first session:
+
+    \b
+      knitlab check examples/biaxial_cycle.yaml     what would happen, without physics
+      knitlab preview examples/biaxial_cycle.yaml   the knit: picture, clearance, yarn length
+      knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
+
+    Results go to stdout, progress to stderr.
+
+    Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
+    130 interrupted.""",
+)
+
+ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
+
+_EXIT_CODES: Final = {"diverged": SOLVER_FAILED, "abort": INTERRUPTED}
+
+
+def main() -> None:
+    """Run the command line; every foreseen error is one line on stderr and an exit code."""
+    try:
+        knitlab(standalone_mode=True)
+    except KnitlabError as error:
+        _complain(str(error))
+        sys.exit(SOLVER_FAILED if isinstance(error, SolverError) else USAGE)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _complain(f"{where}{(error.strerror or str(error)).lower()}")
+        sys.exit(USAGE)
+
+
+def _complain(message: str) -> None:
+    """Print one line to stderr."""
+    sys.stderr.write(" ".join(message.split()) + "\n")
+
+
+def _warn(protocol: Path, warnings: Sequence[str]) -> None:
+    """Print each warning on a line of its own to stderr."""
+    for warning in warnings:
+        _complain(f"{protocol}: WARNING: {warning}")
+
+
+def _version(asked: bool) -> None:  # noqa: FBT001 (typer calls it with the option's value)
+    """Print the version and leave."""
+    if asked:
+        from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 (lazy, as all below)
+
+        try:
+            number = version("knitlab")
+        except PackageNotFoundError:
+            number = "(not installed)"
+        sys.stdout.write(f"knitlab {number}\n")
+        raise typer.Exit
+
+
+@knitlab.callback()
+def _root(
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
+@knitlab.command(epilog="\b\nExample:\n  knitlab check examples/biaxial_cycle.yaml")
+def check(protocol: ProtocolPath, *, as_json: AsJson = False) -> None:
+    """Say what a protocol would do: strokes, duration, rows, limits, arc-length budget. No physics.
+
+    Warnings (a limit passed, yarn used up) go to stderr and leave the exit code at 0.
+    """
+    from app.check import dry_run  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.tables import plan_data, print_json, print_plan  # noqa: PLC0415
+
+    plan = dry_run(load(protocol))
+    if as_json:
+        print_json(plan_data(plan))
+    else:
+        print_plan(plan)
+    _warn(protocol, plan.warnings)
+
+
+@knitlab.command(epilog="\b\nExample:\n  knitlab preview examples/biaxial_cycle.yaml --out pictures")
+def preview(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the picture.", show_default="the current folder", file_okay=False)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
+    from app.check import build_specimen, describe  # noqa: PLC0415
+    from app.pictures import specimen_picture  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
+
+    loaded = load(protocol)
+    specimen = build_specimen(loaded)
+    folder = Path() if out is None else out
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{loaded.protocol.name}_specimen.png"
+    note = specimen_picture(specimen, picture).note
+    if note:
+        _complain(note)
+    facts = describe(specimen)
+    if as_json:
+        print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
+    else:
+        print_facts(loaded.protocol, facts)
+        sys.stdout.write(f"picture: {picture}\n")
+
+
+@knitlab.command(
+    epilog="\b\nExamples:\n  knitlab run examples/biaxial_cycle.yaml --out runs/first\n"
+    "  knitlab run examples/biaxial_small.yaml --quiet --json"
+)
+def run(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Run folder to write.", show_default="a new one under runs/", file_okay=False),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a protocol: run.h5, the stage's CSV, plots and pictures, in a run folder.
+
+    Ctrl-C keeps what was recorded.
+    """
+    from app.check import dry_run  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
+    from app.usecases import run_protocol  # noqa: PLC0415
+
+    _warn(protocol, dry_run(load(protocol)).warnings)
+    with Bar(hidden=quiet) as bar:
+        result = run_protocol(protocol, out, bar.show)
+    if as_json:
+        print_json(result_data(result))
+    else:
+        print_result(result)
+    if result.outcome != "target":
+        _complain(f"{protocol}: {result.outcome}: {result.message}")
+    raise typer.Exit(exit_code(result))
+
+
+@knitlab.command(epilog="\b\nExample:\n  knitlab schema > protocol.schema.json")
+def schema() -> None:
+    """Print the JSON Schema of protocol files, for editors that complete and check YAML."""
+    from app.schemas import json_schema  # noqa: PLC0415
+    from app.tables import print_json  # noqa: PLC0415
+
+    print_json(json_schema())
+
+
+def exit_code(result: RunResult) -> int:
+    """Return the exit code of a run: an outcome with data is a success, whatever ended it."""
+    if result.outcome in {"limit", "rupture", "timeout"} and not result.figures:
+        return NO_DATA
+    return _EXIT_CODES.get(result.outcome, 0)

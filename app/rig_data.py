@@ -1,0 +1,74 @@
+"""Read the rigs' data files; no other place parses them."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING, get_type_hints
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.error import MarkedYAMLError
+
+from knitlab_core.errors import FormatError
+from rigs.biaxial_data import BiaxialData
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+    from pathlib import Path
+
+
+def read_biaxial_data(path: Path | None = None) -> BiaxialData:
+    """Read the numbers of the biaxial stage.
+
+    Parameters
+    ----------
+    path : Path or None
+        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for that file itself.
+
+    Returns
+    -------
+    BiaxialData
+        Every number with its source.
+
+    Raises
+    ------
+    FormatError
+        If the file is not YAML, a field is missing or unknown, or a value is of another type.
+    """
+    source: Traversable = path or files("rigs") / "data" / "biaxial_hook.yaml"
+    try:
+        tree = YAML(typ="rt").load(source.read_text(encoding="utf-8"))
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise FormatError(source.name, line, f"YAML ({error.problem})") from error
+    built = _build(BiaxialData, tree, source.name, 1)
+    if not isinstance(built, BiaxialData):
+        raise FormatError(source.name, 1, "the numbers of a biaxial stage")
+    return built
+
+
+def _build(kind: type, found: object, name: str, line: int) -> object:
+    if is_dataclass(kind):
+        return _build_dataclass(kind, found, name, line)
+    if kind is float and isinstance(found, int | float) and not isinstance(found, bool):
+        return float(found)
+    if kind in (str, bool) and isinstance(found, kind):
+        return found
+    raise FormatError(name, line, f"a {kind.__name__}, found {found!r}")
+
+
+def _build_dataclass(kind: type, found: object, name: str, line: int) -> object:
+    if not isinstance(found, CommentedMap):
+        raise FormatError(name, line, f"the fields of {kind.__name__}, found {found!r}")
+    hints = get_type_hints(kind)
+    allowed = {field.name for field in fields(kind)}
+    for key in found:
+        if key not in allowed:
+            where = found.lc.key(key)[0] + 1
+            raise FormatError(name, where, f"one of {', '.join(sorted(allowed))}; found {key!r}")
+    missing = allowed - set(found)
+    if missing:
+        raise FormatError(name, line, f"also {', '.join(sorted(missing))}")
+    values = {key: _build(hints[key], value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
+    return kind(**values)

@@ -1,0 +1,94 @@
+"""Make run folders that overwrite nothing, and files that are whole or not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+
+def make_run_folder(wanted: Path, *, force: bool = False) -> Path:
+    """Create a folder for a run, under the next free name if the wanted one is in use.
+
+    Parameters
+    ----------
+    wanted : Path
+        ``runs/biaxial``; an empty folder of that name counts as free.
+    force : bool
+        Whether to use the folder even if there is a run in it.
+
+    Returns
+    -------
+    Path
+        The folder: ``runs/biaxial``, else ``runs/biaxial-2`` and so on.
+    """
+    wanted.parent.mkdir(parents=True, exist_ok=True)
+    folder, number = wanted, 1
+    while True:
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            if folder.is_dir() and (force or not any(folder.iterdir())):
+                return folder
+            number += 1
+            folder = wanted.with_name(f"{wanted.name}-{number}")
+        else:
+            return folder
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Lend a name to write to; the file takes its real name when the block ends well.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file shall stand. What stood there stays until the new one is complete.
+
+    Yields
+    ------
+    Path
+        Temporary name in the same folder, with the same suffix.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, chunks: Iterable[bytes]) -> Path:
+    """Write a file from chunks, all of it or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file shall stand.
+    chunks : iterable of bytes
+        Its content.
+
+    Returns
+    -------
+    Path
+        The same path.
+    """
+    with whole_file(path) as temporary, temporary.open("wb") as stream:
+        stream.writelines(chunks)
+    return path
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

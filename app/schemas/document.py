@@ -1,0 +1,227 @@
+"""Read YAML as plain data that remembers where each value stood.
+
+Only what a protocol needs: mappings, lists, text, numbers, true, false and null. No tags, one document,
+bounded size, depth and number of values (aliases counted each time they are used).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    StreamEndEvent,
+)
+
+from app.schemas.errors import ProtocolError, Spot
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from ruamel.yaml.events import Event
+
+Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
+Place: TypeAlias = "tuple[str | int, ...]"
+
+MAX_BYTES: Final = 1_000_000
+MAX_DEPTH: Final = 24
+MAX_VALUES: Final = 20_000
+
+_INTEGER: Final = re.compile(r"[-+]?\d{1,20}")
+_FLOAT: Final = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?")
+_NOTHING: Final = {"", "~", "null", "Null", "NULL"}
+_TRUTH: Final = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Document:
+    """Hold the data of a YAML text and the spots of its keys and values."""
+
+    path: str
+    text: str
+    data: Data
+    keys: Mapping[Place, Spot]
+    values: Mapping[Place, Spot]
+
+    def spot(self, place: Place, *, key: bool = False) -> Spot:
+        """Return where a value (or its key) stands; for one that is not there, its nearest parent."""
+        if key and place in self.keys:
+            return self.keys[place]
+        while place and place not in self.values:
+            place = place[:-1]
+        return self.values.get(place, Spot(line=1, column=1))
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a protocol file.
+
+    Raises
+    ------
+    ProtocolError
+        If it cannot be opened, is too large or is not UTF-8.
+    """
+    top = Spot(line=1, column=1)
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise ProtocolError(str(path), top, "protocol", reason, "a YAML file that can be read") from error
+    if len(content) > MAX_BYTES:
+        raise ProtocolError(str(path), top, "protocol", "more", f"{MAX_BYTES} bytes or fewer")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start].decode("utf-8-sig")
+        line = before.count("\n") + 1
+        spot = Spot(line=line, column=len(before) - (before.rfind("\n") + 1) + 1)
+        raise ProtocolError(
+            str(path), spot, "protocol", f"byte 0x{content[error.start]:02x}", "text in UTF-8"
+        ) from error
+
+
+def parse_text(text: str, path: str) -> Document:
+    """Return the one document of a YAML text.
+
+    Raises
+    ------
+    ProtocolError
+        For anything that is not YAML, or beyond the bounds of this module.
+    """
+    try:
+        return _Reader(text, path).document()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        spot = Spot(line=1, column=1) if mark is None else Spot.at(mark)
+        found = f"text that is not YAML ({error.problem})"
+        raise ProtocolError(path, spot, "protocol", found, "YAML") from error
+    except (YAMLError, ValueError) as error:
+        # What a reader says of a forbidden character runs over several lines; the first has the matter.
+        found = f"text that is not YAML ({str(error).partition(chr(10))[0]})"
+        raise ProtocolError(path, Spot(line=1, column=1), "protocol", found, "YAML") from error
+
+
+class _Reader:
+    """Build data from the events of ruamel's parser, one document at a time."""
+
+    def __init__(self, text: str, path: str) -> None:
+        self.text, self.path = text, path
+        self.keys: dict[Place, Spot] = {}
+        self.values: dict[Place, Spot] = {}
+        self.anchors: dict[str, tuple[Data, int]] = {}
+        self.count = 0
+        self.events: Iterator[Event] = iter(YAML(typ="safe", pure=True).parse(text))
+
+    def document(self) -> Document:
+        """Return the document the text holds."""
+        data: Data = None
+        documents = 0
+        for event in self.events:
+            if isinstance(event, DocumentStartEvent):
+                documents += 1
+                if documents > 1:
+                    raise self.refuse(event, (), "a second document", "one document in the file")
+                data = self.value(next(self.events), ())
+            elif isinstance(event, StreamEndEvent):
+                break
+        return Document(path=self.path, text=self.text, data=data, keys=self.keys, values=self.values)
+
+    def refuse(self, event: Event, place: Place, found: str, expected: str) -> ProtocolError:
+        """Return an error at an event."""
+        return ProtocolError(self.path, Spot.at(event.start_mark), dotted(place) or "protocol", found, expected)
+
+    def value(self, event: Any, place: Place) -> Data:  # noqa: ANN401 (events share no typed attributes)
+        """Return the value an event begins, and note its spot."""
+        self.values[place] = Spot.at(event.start_mark)
+        if isinstance(event, ScalarEvent) and not event.value and place in self.keys:
+            # The parser places a value that is left out at whatever comes next.
+            self.values[place] = self.keys[place]
+        if len(place) > MAX_DEPTH:
+            raise self.refuse(event, place[:1], "deeper nesting", f"{MAX_DEPTH} levels or fewer")
+        before = self.count
+        self.add(1, event, place)
+        if isinstance(event, AliasEvent):
+            if event.anchor not in self.anchors:
+                raise self.refuse(event, place, f"*{event.anchor}", "an alias to an anchor that is complete")
+            data, size = self.anchors[event.anchor]
+            self.add(size, event, place)
+            return data
+        if event.ctag is not None:
+            raise self.refuse(event, place, f"tag {event.tag}", "plain values without tags")
+        data = self.content(event, place)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (data, self.count - before)
+        return data
+
+    def add(self, size: int, event: Event, place: Place) -> None:
+        """Count values; refuse a file that unfolds to too many."""
+        self.count += size
+        if self.count > MAX_VALUES:
+            raise self.refuse(event, place[:1], "more", f"{MAX_VALUES} values or fewer, aliases counted out")
+
+    def content(self, event: Any, place: Place) -> Data:  # noqa: ANN401 (as above)
+        """Return the data of a mapping, a list or a scalar."""
+        if isinstance(event, MappingStartEvent):
+            return self.mapping(place)
+        if isinstance(event, SequenceStartEvent):
+            items: list[Data] = []
+            while not isinstance(item := next(self.events), SequenceEndEvent):
+                items.append(self.value(item, (*place, len(items))))
+            return items
+        return scalar(event.value) if event.implicit[0] else str(event.value)
+
+    def mapping(self, place: Place) -> dict[str, Data]:
+        """Return a mapping; its keys are text, each once."""
+        data: dict[str, Data] = {}
+        while not isinstance(event := next(self.events), MappingEndEvent):
+            if not isinstance(event, ScalarEvent) or event.ctag is not None or event.anchor is not None:
+                raise self.refuse(event, place, "a key that is not plain text", "plain text")
+            name = str(event.value)
+            inner = (*place, name)
+            if name in data:
+                raise self.refuse(event, inner, "the same key again", "each key once")
+            self.keys[inner] = Spot.at(event.start_mark)
+            data[name] = self.value(next(self.events), inner)
+        return data
+
+
+def scalar(text: str) -> Data:
+    """Return the value of a plain scalar, by YAML 1.2's core rules.
+
+    Examples
+    --------
+    >>> scalar("8 mm"), scalar("6"), scalar("0.4"), scalar("off"), scalar("~")
+    ('8 mm', 6, 0.4, 'off', None)
+    """
+    if text in _NOTHING:
+        return None
+    if text in _TRUTH:
+        return _TRUTH[text]
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return text
+
+
+def dotted(place: Place) -> str:
+    """Return a place as errors write it.
+
+    Examples
+    --------
+    >>> dotted(("steps", 3, "ramp", "rate"))
+    'steps[3].ramp.rate'
+    """
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+    return text.removeprefix(".")

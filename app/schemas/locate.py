@@ -1,0 +1,123 @@
+"""Turn what pydantic and the domain say of a value into one line with its place in the file."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from app.schemas.document import dotted
+from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.models import BRANCH, MODELS, NOT_YET, STEPS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pydantic import ValidationError
+
+    from app.schemas.document import Document, Place
+    from knitlab_core.errors import SpecificationError
+
+# Where the file's word for a thing is not the domain's.
+_FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "duration": "for"}
+_PART: Final = re.compile(r"[^.\[\]]+")
+
+
+def first_error(document: Document, error: ValidationError) -> ProtocolError:
+    """Return the error that stands first in the file; what is missing comes after what is wrong."""
+    all_details = error.errors(include_url=False)
+    # A misspelt field is also a missing one: its own place says more.
+    wrong = [details for details in all_details if details["type"] != "missing"]
+    errors = [_translate(document, details) for details in wrong or all_details]
+    return min(errors, key=lambda one: (one.spot.line, one.spot.column))
+
+
+def locate(document: Document, error: SpecificationError, place: Place = ()) -> ProtocolError:
+    """Return an error of the domain with the spot of the field it blames.
+
+    Parameters
+    ----------
+    document : Document
+        The protocol's text.
+    error : SpecificationError
+        Its `field` is looked for below `place`, then in the specimen.
+    place : tuple
+        Where the value that raised it is described.
+    """
+    if isinstance(error, ProtocolError):
+        return error
+    names = tuple(int(part) if part.isdigit() else _FILE_NAMES.get(part, part) for part in _PART.findall(error.field))
+    roots = (place, ("specimen",), ("specimen", "knit"))
+    tails = (names, names[-1:])
+    candidates = [(*root, *tail) for tail in tails for root in roots]
+    found = next((candidate for candidate in candidates if candidate in document.values), None)
+    # A default has no place of its own; an error of shape is the knit's.
+    field = found or ((*place, *names) if place else ("specimen", "knit"))
+    wording = error.found if isinstance(error.found, str) else shown(error.found)
+    return ProtocolError(document.path, document.spot(field), dotted(field), wording, error.expected)
+
+
+def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
+    """Return one of pydantic's errors in our words."""
+    place: Place = tuple(part for part in details["loc"] if not str(part).startswith(BRANCH))
+    place = tuple("schema" if part == "schema_id" else part for part in place)
+    kind, found = details["type"], details["input"]
+    path, field = document.path, dotted(place) or "protocol"
+    if kind == "extra_forbidden":
+        known = list(_fields(place[:-1]))
+        hint = _not_yet(place[-1]) or nearest(str(place[-1]), known)
+        spot = document.spot(place, key=True)
+        return ProtocolError(path, spot, field, "an unknown field", f"{', '.join(known)}{hint}")
+    spot = document.spot(place)
+    if kind == "missing":
+        return ProtocolError(path, spot, field, "nothing", _phrase(place))
+    if kind.startswith("union_tag"):
+        return _unknown_step(document, place, found)
+    if kind == "literal_error":
+        expected = details["ctx"]["expected"].replace("'", "")
+        hint = _not_yet(found) or nearest(str(found), expected.replace(" or ", ", ").split(", "))
+        return ProtocolError(path, spot, field, shown(found), f"{expected}{hint}")
+    if kind == "refused":
+        return ProtocolError(path, spot, field, shown(found), details["ctx"]["expected"])
+    return ProtocolError(path, spot, field, shown(found), _phrase(place))
+
+
+def _unknown_step(document: Document, place: Place, found: object) -> ProtocolError:
+    """Return the error of a step that is none of the known ones."""
+    expected = f"a step: {', '.join(STEPS)}"
+    if isinstance(found, dict) and len(found) == 1:
+        name = str(next(iter(found)))
+        spot = document.spot((*place, name), key=True)
+        hint = _not_yet(name) or nearest(name, STEPS)
+        return ProtocolError(document.path, spot, dotted(place), f"step {name!r}", f"{expected}{hint}")
+    if isinstance(found, dict):
+        wording = f"a mapping of {len(found)} keys"
+        return ProtocolError(
+            document.path, document.spot(place), dotted(place), wording, f"one key, the name of {expected}"
+        )
+    return ProtocolError(document.path, document.spot(place), dotted(place), shown(found), expected)
+
+
+def _not_yet(name: object) -> str:
+    """Return the remark on a word the language has but no rig honours yet."""
+    return f" ({name} is not available yet)" if isinstance(name, str) and name in NOT_YET else ""
+
+
+def _fields(place: Place) -> dict[str, str]:
+    """Return the fields of the mapping at a place, with what each allows."""
+    name = str(place[-1]) if place else ""
+    model = MODELS.get(name)
+    if model is None:
+        return {}
+    return {field.alias or key: field.description or "a value" for key, field in model.model_fields.items()}
+
+
+def _phrase(place: Place) -> str:
+    """Return what is allowed at a place."""
+    if not place:
+        return "a mapping of fields: " + ", ".join(_fields(()))
+    last = place[-1]
+    if isinstance(last, int):
+        return {"steps": "a step", "loops": "a whole number"}.get(str(place[-2]), "a name")
+    if last in STEPS:
+        return "a mapping of fields: " + ", ".join(_fields(place))
+    return _fields(place[:-1]).get(last, "a number or a text" if place[0] == "params" else "a value")

@@ -1,0 +1,66 @@
+"""Describe the single values of a protocol's YAML: quantities, stitch values, switches."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated
+
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from app.units import Dimension, allowed, parse
+from knitlab_core.errors import UnitError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measure:
+    """Hold a stitch value: in metres, or in loop widths."""
+
+    value: float
+    metres: bool
+
+
+def refuse(expected: str) -> PydanticCustomError:
+    """Return the error of a value, with what is allowed in its place."""
+    return PydanticCustomError("refused", "{expected}", {"expected": expected})
+
+
+def _quantity(dimension: Dimension, value: object) -> float:
+    """Return a quantity in SI."""
+    try:
+        return parse(value, dimension)
+    except UnitError as error:
+        raise refuse(error.expected) from error
+
+
+def _measure(value: object) -> Measure:
+    """Return a stitch value: a bare number is in loop widths."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return Measure(value=float(value), metres=False)
+    try:
+        return Measure(value=parse(value, "length"), metres=True)
+    except UnitError as error:
+        raise refuse("a number of loop widths, or a length with its unit, such as 0.4 mm") from error
+
+
+def _switch(value: object) -> object:
+    """Return on and off as truth values."""
+    return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
+
+
+def _text_schema(dimension: Dimension) -> WithJsonSchema:
+    """Return how the published schema describes a quantity."""
+    return WithJsonSchema({"type": "string", "description": allowed(dimension)})
+
+
+Length = Annotated[float, BeforeValidator(partial(_quantity, "length")), _text_schema("length")]
+Speed = Annotated[float, BeforeValidator(partial(_quantity, "speed")), _text_schema("speed")]
+Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schema("time")]
+Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
+Frequency = Annotated[float, BeforeValidator(partial(_quantity, "frequency")), _text_schema("frequency")]
+Strain = Annotated[
+    float,
+    BeforeValidator(partial(_quantity, "strain")),
+    WithJsonSchema({"type": ["number", "string"], "description": allowed("strain")}),
+]
+StitchValue = Annotated[Measure, PlainValidator(_measure), WithJsonSchema({"type": ["number", "string"]})]
+Switch = Annotated[bool, BeforeValidator(_switch), WithJsonSchema({"enum": ["on", "off", True, False]})]

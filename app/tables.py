@@ -1,0 +1,194 @@
+"""Show plans, specimens and results in a terminal, or as JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from knitlab_core.materials import DEFAULT_FRICTION, material_named
+from rigs.protocol import AXES
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+    from app.check import Plan, SpecimenFacts
+    from app.usecases import RunResult
+    from rigs.motion import Stroke
+    from rigs.protocol import Protocol
+
+_MOST_LINES: Final = 40
+
+
+class Bar:
+    """Show how far a run is, on stderr.
+
+    Parameters
+    ----------
+    hidden : bool
+        Show nothing.
+    """
+
+    def __init__(self, *, hidden: bool) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=hidden,
+        )
+        self._task = self._progress.add_task("starting", total=1.0)
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+    def show(self, fraction: float, message: str) -> None:
+        """Show the fraction done [1] and what is being done."""
+        self._progress.update(self._task, completed=fraction, description=message)
+
+
+def print_json(data: object) -> None:
+    """Print an object as JSON to stdout."""
+    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
+    """Return a specimen as plain data, SI units."""
+    spec = protocol.specimen
+    return {
+        "knit": spec.knit if isinstance(spec.knit, str) else asdict(spec.knit),
+        "rows": spec.rows,
+        "loops": spec.loops,
+        "loop_width_m": spec.loop_width,
+        "material": spec.material,
+        "friction": spec.friction,
+        "nodes": facts.nodes,
+        "yarn_length_m": facts.yarn_length,
+        "fibre_radius_m": facts.fibre_radius,
+        "clearance_m": facts.clearance,
+        "gauge_lengths_m": dict(facts.gauge_lengths),
+        "locking_strain": facts.locking_strain,
+    }
+
+
+def plan_data(plan: Plan) -> dict[str, Any]:
+    """Return a plan as plain data, SI units."""
+    return {
+        "name": plan.protocol.name,
+        "rig": plan.protocol.rig,
+        "specimen": specimen_data(plan.protocol, plan.specimen),
+        "strokes": [_stroke_data(stroke) for stroke in plan.strokes],
+        "duration_s": plan.duration,
+        "rows": plan.rows,
+        "largest_strain": plan.largest_strain,
+        "warnings": list(plan.warnings),
+    }
+
+
+def _stroke_data(stroke: Stroke) -> dict[str, Any]:
+    """Return a stroke as plain data, SI units."""
+    return {
+        "cycle": stroke.cycle,
+        "phase": stroke.phase,
+        "tag": stroke.tag,
+        "start_m": dict(stroke.start),
+        "end_m": dict(stroke.end),
+        "duration_s": stroke.duration,
+        "stop_force_N": stroke.stop_force,
+        "channels": list(stroke.channels),
+    }
+
+
+def result_data(result: RunResult) -> dict[str, Any]:
+    """Return the end of a run as plain data."""
+    return {
+        "outcome": result.outcome,
+        "message": result.message,
+        "folder": str(result.folder),
+        "figures": [{"name": name, "value": value, "unit": unit} for name, value, unit in result.figures],
+    }
+
+
+def print_plan(plan: Plan) -> None:
+    """Print the specimen, the table of strokes and what they come to."""
+    print_facts(plan.protocol, plan.specimen)
+    table = Table("#", "set", "what", "axis C", "axis W", "time", "tag")
+    lengths = plan.specimen.gauge_lengths
+    for number, stroke in enumerate(plan.strokes[:_MOST_LINES], start=1):
+        ways = [_way(stroke, lengths[axis], stroke.start[axis], stroke.end[axis]) for axis in AXES]
+        what = f"{stroke.phase} {', '.join(stroke.channels)}".strip()
+        if stroke.stop_force is not None:
+            what += f" to {stroke.stop_force:g} N"
+        table.add_row(str(number), str(stroke.cycle), what, *ways, f"{stroke.duration:.4g} s", stroke.tag or "")
+    console = _stdout()
+    console.print(table)
+    if len(plan.strokes) > _MOST_LINES:
+        console.print(f"... and {len(plan.strokes) - _MOST_LINES} strokes more")
+    console.print(f"planned duration {plan.duration:.4g} s, {plan.rows} rows at {plan.protocol.log.rate:g} Hz")
+    spare = plan.specimen.locking_strain - plan.largest_strain
+    console.print(
+        f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
+        f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
+    )
+    if not plan.warnings:
+        console.print("no limit would be passed")
+
+
+def _way(stroke: Stroke, length: float, start: float, end: float) -> str:
+    """Return what an axis does, in strain and mm."""
+    if start == end:
+        return f"stays at {start / length:.1%}"
+    if stroke.stop_force is not None:
+        return f"from {start / length:.1%}"
+    return f"{start / length:.1%} -> {end / length:.1%} ({1e3 * end:.4g} mm)"
+
+
+def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
+    """Print what is known of the specimen."""
+    spec = protocol.specimen
+    material = material_named(spec.material)
+    knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
+    assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
+    table = Table.grid(padding=(0, 2))
+    for name, text in (
+        ("test", f"{protocol.name} on {protocol.rig}"),
+        ("knit", f"{knit}, {spec.rows} rows x {spec.loops} loops, l = {1e3 * spec.loop_width:.4g} mm"),
+        ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
+        ("friction", f"{spec.friction:g}{assumed}"),
+        ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
+        ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
+        ("hook to hook", ", ".join(f"{axis} {1e3 * facts.gauge_lengths[axis]:.4g} mm" for axis in AXES)),
+        ("locking strain", f"{facts.locking_strain:.1%}, equibiaxial (estimate, +-0.013)"),
+    ):
+        table.add_row(name, text)
+    _stdout().print(table)
+
+
+def print_result(result: RunResult) -> None:
+    """Print how a run ended and its figures."""
+    console = _stdout()
+    console.print(f"outcome: {result.outcome}; folder: {result.folder}", soft_wrap=True)
+    if result.figures:
+        table = Table("figure", "value", "unit")
+        for name, value, unit in result.figures:
+            table.add_row(name, f"{value:.4g}", unit)
+        console.print(table)
+
+
+def _stdout() -> Console:
+    """Return a console that writes plain text where it is piped."""
+    return Console(highlight=False, markup=False)

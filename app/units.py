@@ -1,0 +1,118 @@
+"""Read quantities: a number with its unit, turned into an SI float once, at the door.
+
+The text is split into number and unit here, so that pint never evaluates arithmetic from a file.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from knitlab_core.errors import UnitError
+
+if TYPE_CHECKING:
+    import pint
+
+Dimension: TypeAlias = Literal["length", "speed", "time", "force", "frequency", "strain"]
+
+# SI unit; the unit people write; how errors describe what is allowed.
+_DIMENSIONS: Final = MappingProxyType(
+    {
+        "length": ("m", "mm", "a length with its unit, such as 8 mm"),
+        "speed": ("m/s", "mm/s", "a speed with its unit, such as 0.2 mm/s"),
+        "time": ("s", "s", "a time with its unit, such as 10 s"),
+        "force": ("N", "N", "a force with its unit, such as 50 mN"),
+        "frequency": ("Hz", "Hz", "a frequency with its unit, such as 10 Hz"),
+        "strain": ("dimensionless", "%", "a strain as a pure number or in per cent, such as 0.4 or 40 %"),
+    }
+)
+
+_NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_WORD: Final = r"[A-Za-zµμ%°]{1,24}(?:(?:\^|\*\*)-?\d)?"
+_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})\s*({_WORD}(?:\s*[*/]\s*{_WORD}){{0,3}})\s*")
+
+
+@functools.cache
+def registry() -> pint.UnitRegistry[float]:
+    """Return the one unit registry, loaded when it is first needed."""
+    import pint  # noqa: PLC0415 (half a second that `knitlab --help` need not wait)
+
+    return pint.UnitRegistry()
+
+
+def allowed(dimension: Dimension) -> str:
+    """Return how an error describes a quantity of `dimension`."""
+    return _DIMENSIONS[dimension][2]
+
+
+def parse(text: object, dimension: Dimension, field: str = "quantity") -> float:
+    """Return a quantity in SI.
+
+    Parameters
+    ----------
+    text : object
+        A string such as ``0.2 mm/s``; for a strain a bare number too.
+    dimension : str
+        What it must measure.
+    field : str
+        Name to blame.
+
+    Raises
+    ------
+    UnitError
+        If it is no quantity of that dimension, or not finite.
+
+    Examples
+    --------
+    >>> parse("8 mm", "length")
+    0.008
+    >>> parse("40 %", "strain")
+    0.4
+    """
+    refusal = UnitError(field, text, allowed(dimension))
+    if isinstance(text, int | float) and not isinstance(text, bool) and dimension == "strain":
+        value = float(text)
+    elif isinstance(text, str) and len(text) <= 100 and (match := _QUANTITY.fullmatch(text)):
+        value = _convert(float(match[1]), match[2], dimension, refusal)
+    else:
+        raise refusal
+    if not math.isfinite(value):
+        raise refusal
+    return value
+
+
+def write(value: float, dimension: Dimension) -> str:
+    """Return a quantity as text that `parse` reads back to the same float.
+
+    Examples
+    --------
+    >>> write(0.008, "length")
+    '8 mm'
+    """
+    si, usual, _ = _DIMENSIONS[dimension]
+    units = registry()
+    magnitude = float(units.Quantity(value, si).to(usual).magnitude)
+    # The usual unit reads best; where it would lose the last bit, SI says the number itself.
+    for text in (f"{magnitude:.12g} {usual}", f"{magnitude!r} {usual}"):
+        if parse(text, dimension) == value:
+            return text
+    return f"{value!r} {si}"
+
+
+def _convert(number: float, unit: str, dimension: Dimension, refusal: UnitError) -> float:
+    """Return `number` of `unit` in SI, or raise `refusal`."""
+    import pint  # noqa: PLC0415 (as above)
+
+    units = registry()
+    try:
+        given = units.Quantity(number, units.parse_units(unit))
+        quantity = given.to(_DIMENSIONS[dimension][0])
+    except (pint.PintError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
+        raise refusal from error
+    # Pint takes an angle for a pure number, so 600 rpm would be 62.8 Hz and 40 degrees a strain.
+    if "radian" in str(given.to_base_units().units):
+        raise refusal
+    return float(quantity.magnitude)

@@ -1,0 +1,175 @@
+"""From equilibrium to equilibrium: guess, search, cut the step on failure, grow it again."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.newton import Options, Report, equilibrate
+from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.errors import ConvergenceError
+from knitlab_core.rods.frames import follow
+
+FloatArray = NDArray[np.float64]
+
+SMALLEST_STEP = 1.0 / 256.0
+"""Shortest step tried before giving up, relative to the longest."""
+
+EASY = 20
+"""Iterations up to which the next step may grow again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """Where a march ended that found no equilibrium.
+
+    Parameters
+    ----------
+    progress : float
+        Parameter of the last equilibrium on the path.
+    report : Report
+        The last search.
+    position : tuple of 3 floats
+        Of the node with the largest unbalanced force [m].
+    """
+
+    progress: float
+    report: Report
+    position: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        """Say in one line what remains out of balance, and where."""
+        x, y, z = (1e3 * c for c in self.position)
+        return (
+            f"no equilibrium beyond {self.progress:.4g} of the stroke: "
+            f"{self.report.residual:.1e} of the mean fixture force is left at node "
+            f"{self.report.node} (x {x:.2f}, y {y:.2f}, z {z:.2f} mm) "
+            f"after {self.report.iterations} iterations at the shortest step"
+        )
+
+
+def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
+    """Return a first guess (N, 4) of the motion, given that of the fixed unknowns."""
+    fixed = work.model.fixed
+    before = state.increment * fixed
+    size = float(np.vdot(before, before))
+    if state.contacts == 0 and size > 0.0:
+        ratio = float(np.vdot(before, motion)) / size
+        if 0.0 < ratio <= 1.5 and np.allclose(ratio * before, motion, atol=1e-6 * np.sqrt(size)):
+            return np.where(fixed, motion, ratio * state.increment)
+    if not motion.any():
+        return motion
+    work.assemble(state.q, state.frames)
+    pull = work.stiffness_times(motion)
+    pull[fixed] = 0.0
+    if not work.factor():
+        return motion
+    return motion - work.solve(pull)
+
+
+def advance(
+    work: Workspace, state: State, target: FloatArray, options: Options | None = None
+) -> tuple[State | None, Report]:
+    """Find the equilibrium with fixed unknowns at `target`, from the one before.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model.
+    state : State
+        The last equilibrium.
+    target : (N, 4) array
+        Where the fixed unknowns shall be; other entries are ignored.
+    options : Options, optional
+        How hard to try.
+
+    Returns
+    -------
+    State or None, Report
+        The new equilibrium, None where the search failed, and how it went.
+    """
+    model = work.model
+    motion = np.where(model.fixed, target - state.q, 0.0)
+    work.start_step(state.q, state.memory)
+    guess = _guess(work, state, motion)
+    room = work.room(state.q, guess, 0.95)
+    if room < 1.0:
+        # Fixtures go where they must; the rest of the guess only as far as is safe.
+        guess = np.where(model.fixed, motion, room * guess)
+    q = state.q + guess
+    frames = state.frames.copy()
+    follow(q, model.rods.has_edge, state.frames, frames)
+    work.keep_listed(q)
+    q, frames, gradient, report = equilibrate(work, q, frames, options or Options())
+    if not report.converged:
+        return None, report
+    memory, slip_work = work.settle()
+    reaction = np.where(model.fixed, gradient, 0.0)
+    increment = q - state.q
+    pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
+    return (
+        State(
+            q=q,
+            frames=frames.copy(),
+            memory=memory,
+            reaction=reaction,
+            increment=increment,
+            contacts=report.contacts,
+            energies=work.parts(q, frames),
+            external_work=state.external_work + float(pushed),
+            friction_work=state.friction_work + slip_work,
+        ),
+        report,
+    )
+
+
+def march(
+    work: Workspace,
+    state: State,
+    path: Callable[[float], FloatArray],
+    *,
+    longest: float,
+    options: Options | None = None,
+) -> Iterator[tuple[float, State, Report]]:
+    """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model.
+    state : State
+        Equilibrium at parameter 0.
+    path : callable
+        Target (N, 4) at a parameter.
+    longest : float
+        Longest step of the parameter.
+    options : Options, optional
+        How hard to try.
+
+    Raises
+    ------
+    ConvergenceError
+        If a step cut to `SMALLEST_STEP` of the longest still finds no equilibrium.
+    """
+    count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
+    whole = 1.0 / count
+    at, step = 0.0, whole
+    while at < 1.0:
+        to = at + step
+        if to > 1.0 - 1e-9:
+            to = 1.0
+        found, report = advance(work, state, path(to), options)
+        if found is None:
+            step *= 0.5
+            if step < SMALLEST_STEP * whole:
+                x, y, z = state.q[report.node, :3] * work.model.scales.length
+                place = (float(x), float(y), float(z))
+                raise ConvergenceError(Failure(progress=at, report=report, position=place))
+            continue
+        at, state = to, found
+        yield at, state, report
+        if step < whole and report.iterations <= EASY:
+            # Steps are halves of the whole one, so they fall back on its grid.
+            step = min(2.0 * step, whole)

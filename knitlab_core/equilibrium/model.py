@@ -1,0 +1,147 @@
+"""What a specimen is to the solver: rods, samples, contact law and prescribed unknowns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knitlab_core.contact.friction import Memory
+from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
+from knitlab_core.contact.samples import Samples
+from knitlab_core.rods.rod import Frames, Rods, make_rods
+from knitlab_core.units import Scales
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SAMPLE_SPACING = 2.0 / 9.0
+"""Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """Everything that does not change in a test, in the solver's units.
+
+    Parameters
+    ----------
+    rods, samples, law
+        Rest state and stiffness, contact samples, contact and friction law.
+    fixed : (N, 4) bool array
+        Unknowns that are prescribed; the dummy angle at each rod's end is always among them.
+    scales : Scales
+        What one unit is in SI.
+    """
+
+    rods: Rods
+    samples: Samples
+    law: ContactLaw
+    fixed: BoolArray
+    scales: Scales
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """An equilibrium, with all that the next one depends on.
+
+    Parameters
+    ----------
+    q : (N, 4) array
+        Positions [r] and edge angles [rad].
+    frames : Frames
+        Reference frames of `q`.
+    memory : Memory
+        Friction's memory.
+    reaction : (N, 4) array
+        Force that the fixtures exert at fixed unknowns [E r^2], zero elsewhere.
+    increment : (N, 4) array
+        Motion since the equilibrium before.
+    contacts : int
+        Sample pairs that press on each other.
+    energies : (4,) array
+        Stretching, bending, twisting and contact energy [E r^3].
+    external_work, friction_work : float
+        Work of the fixtures and loads, and against friction, since the start [E r^3].
+    """
+
+    q: FloatArray
+    frames: Frames
+    memory: Memory
+    reaction: FloatArray
+    increment: FloatArray
+    contacts: int
+    energies: FloatArray
+    external_work: float
+    friction_work: float
+
+
+def make_model(
+    strands: Sequence[FloatArray],
+    *,
+    radius: float,
+    young_modulus: float,
+    poisson_ratio: float,
+    friction: float,
+    straight: bool = False,
+    sample_spacing: float = SAMPLE_SPACING,
+    slip: float = 0.05,
+) -> tuple[Model, State]:
+    """Make the model of strands of one fibre and their state as given, free of stress.
+
+    Parameters
+    ----------
+    strands : sequence of (n, 3) arrays
+        Nodes of each strand [m].
+    radius : float
+        Fibre radius [m].
+    young_modulus : float
+        [Pa].
+    poisson_ratio, friction : float
+        Poisson's ratio and Coulomb's coefficient.
+    straight : bool
+        Rest shape straight instead of as given.
+    sample_spacing : float
+        Distance of contact samples along a strand [r].
+    slip : float
+        Elastic slip before sliding [r].
+
+    Returns
+    -------
+    Model, State
+        With nothing prescribed yet but the dummy angles.
+    """
+    sizes = tuple(len(s) for s in strands)
+    x = np.concatenate(strands) / radius
+    n = len(x)
+    rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
+    edge = float(rods.rest_length[rods.has_edge].mean())
+    m = max(1, round(edge / sample_spacing))
+    strand = np.repeat(np.arange(len(sizes)), sizes)
+    samples = Samples(
+        spans=np.flatnonzero(rods.is_inner),
+        weights=sample_weights(m),
+        length=rods.span / m,
+        strand=strand,
+        arc=np.concatenate([[0.0], np.cumsum(rods.rest_length[:-1])]),
+    )
+    fixed = np.zeros((n, 4), dtype=np.bool_)
+    fixed[:, 3] = ~rods.has_edge
+    model = Model(
+        rods=rods,
+        samples=samples,
+        law=make_law(poisson_ratio, friction, slip=slip),
+        fixed=fixed,
+        scales=Scales(radius=radius, young_modulus=young_modulus),
+    )
+    state = State(
+        q=np.column_stack([x, np.zeros(n)]),
+        frames=frames,
+        memory=Memory.empty(),
+        reaction=np.zeros((n, 4)),
+        increment=np.zeros((n, 4)),
+        contacts=0,
+        energies=np.zeros(4),
+        external_work=0.0,
+        friction_work=0.0,
+    )
+    return model, state

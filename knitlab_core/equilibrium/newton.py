@@ -1,0 +1,200 @@
+"""One equilibrium: Newton on the exact stiffness, with friction's loads brought along.
+
+Two stages. First friction keeps the loads of the last equilibrium, so that the
+search minimises an energy. Near the end the loads follow the configuration in
+every iteration and the search solves the balance of forces itself, so that no
+lag is left in the answer; that system is not symmetric, and progress is judged
+by the natural monotonicity test (Deuflhard 2004, section 3.3).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knitlab_core.equilibrium.coupled import solve_coupled
+from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.rods.frames import follow
+from knitlab_core.rods.rod import Frames
+
+FloatArray = NDArray[np.float64]
+
+FORCE_FLOOR = 1e-5
+"""Smallest force by which residuals are judged [E r^2]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """How hard to try.
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest free force at an equilibrium, relative to the mean fixture force.
+    follow_below : float
+        Residual below which friction's loads follow the configuration.
+    max_iterations : int
+        Give up after so many.
+    room : float
+        Share of the way to a neighbour's core that one iteration may use.
+    """
+
+    tolerance: float = 1e-4
+    follow_below: float = 1.0
+    max_iterations: int = 60
+    room: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """How a search ended.
+
+    Parameters
+    ----------
+    converged : bool
+        Whether it is an equilibrium.
+    iterations : int
+        Newton iterations.
+    residual : float
+        Largest free force over the mean fixture force.
+    node : int
+        Where that force acts.
+    contacts : int
+        Sample pairs that press on each other.
+    """
+
+    converged: bool
+    iterations: int
+    residual: float
+    node: int
+    contacts: int
+
+
+def _force_scale(work: Workspace, gradient: FloatArray) -> float:
+    """Return the mean force on fixtures or of loads, at least the floor."""
+    held = work.model.fixed[:, :3]
+    forces = np.abs(gradient[:, :3][held])
+    loads = np.abs(work.loads[work.loads != 0.0])
+    means = [float(f.mean()) for f in (forces, loads) if f.size]
+    return max([FORCE_FLOOR, *means])
+
+
+def _search_energy(
+    work: Workspace,
+    q: FloatArray,
+    frames: Frames,
+    step: FloatArray,
+    residual: FloatArray,
+    fraction: float,
+) -> float:
+    """Shorten a step until the energy falls; return the fraction, 0 if it never does."""
+    start = work.energy(q, frames)
+    slope = min(float(np.vdot(residual, step)), 0.0)
+    size = float(np.linalg.norm(residual))
+    free = ~work.model.fixed
+    trial_frames = frames.copy()
+    for _ in range(20):
+        trial = q + fraction * step
+        energy = work.energy(trial, frames)
+        if energy <= start + 1e-4 * fraction * slope + 1e-13 * abs(start):
+            return fraction
+        if abs(energy - start) < 1e-9 * abs(start):
+            # Too small a change for the energy to tell: let the forces decide.
+            follow(trial, work.model.rods.has_edge, frames, trial_frames)
+            if np.linalg.norm(work.gradient(trial, trial_frames) * free) < size:
+                return fraction
+        fraction *= 0.5
+    return 0.0
+
+
+def _search_balance(
+    work: Workspace,
+    q: FloatArray,
+    frames: Frames,
+    step: FloatArray,
+    residual: FloatArray,
+    fraction: float,
+) -> float:
+    """Shorten a step until the simplified Newton correction shrinks, at most to a sixteenth."""
+    free = ~work.model.fixed
+    size = float(np.linalg.norm(work.solve(residual)))
+    trial_frames = frames.copy()
+    for _ in range(5):
+        trial = q + fraction * step
+        if np.isfinite(work.energy(trial, frames)):
+            follow(trial, work.model.rods.has_edge, frames, trial_frames)
+            work.lag()
+            rest = work.solve(work.gradient(trial, trial_frames) * free)
+            if np.linalg.norm(rest) <= (1.0 - 0.25 * fraction) * size:
+                return fraction
+        fraction *= 0.5
+    # Friction may have to get worse before it gets better.
+    return 2.0 * fraction
+
+
+def equilibrate(
+    work: Workspace, q: FloatArray, frames: Frames, options: Options
+) -> tuple[FloatArray, Frames, FloatArray, Report]:
+    """Find the equilibrium near a guess, with fixed unknowns held where they are.
+
+    Parameters
+    ----------
+    work : Workspace
+        Started at the last equilibrium.
+    q : (N, 4) array
+        Guess.
+    frames : Frames
+        Frames of the guess; overwritten.
+    options : Options
+        How hard to try.
+
+    Returns
+    -------
+    q, frames, gradient, Report
+        Configuration, its frames, the gradient there (reactions at fixed
+        unknowns), and how it went; an equilibrium only if the report says so.
+    """
+    model = work.model
+    free = ~model.fixed
+    other = frames.copy()
+    following = model.law.friction == 0.0
+    iteration, contacts = 0, 0
+    while True:
+        work.move_to(q)
+        if following:
+            contacts = work.lag()
+        gradient = work.gradient(q, frames)
+        residual = gradient * free
+        worst = int(np.argmax(np.abs(residual)))
+        relative = float(np.abs(residual.flat[worst])) / _force_scale(work, gradient)
+        if not following and relative < options.follow_below:
+            following = True
+            continue
+        converged = following and relative < options.tolerance
+        report = Report(
+            converged=converged,
+            iterations=iteration,
+            residual=relative,
+            node=worst // 4,
+            contacts=contacts,
+        )
+        if converged or iteration >= options.max_iterations or not np.isfinite(relative):
+            return q, frames, gradient, report
+        work.assemble(q, frames)
+        if not work.factor():
+            return q, frames, gradient, report
+        step = work.solve(-residual)
+        coupled = following and model.law.friction > 0.0 and contacts > 0
+        if coupled:
+            with work.clock("coupling"):
+                step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, 0.03)
+        fraction = work.room(q, step, options.room)
+        search = _search_balance if coupled else _search_energy
+        fraction = search(work, q, frames, step, residual, fraction)
+        if fraction == 0.0:
+            return q, frames, gradient, report
+        q = q + fraction * step
+        follow(q, model.rods.has_edge, frames, other)
+        frames, other = other, frames
+        work.keep_listed(q)
+        iteration += 1

@@ -1,0 +1,264 @@
+"""Everything an equilibrium search keeps between iterations: pairs, pattern, blocks, factor."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knitlab_core.contact.forces import (
+    PairState,
+    contact_energy,
+    contact_gradient,
+    contact_hessian,
+    lag,
+)
+from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
+from knitlab_core.contact.neighbours import (
+    Candidates,
+    affine_rest,
+    find_candidates,
+    largest_fraction,
+)
+from knitlab_core.contact.samples import sample_points
+from knitlab_core.equilibrium.cholesky import BlockCholesky
+from knitlab_core.equilibrium.model import Model
+from knitlab_core.equilibrium.pattern import (
+    Pattern,
+    fix_unknowns,
+    make_pattern,
+    multiply,
+    update_pattern,
+)
+from knitlab_core.equilibrium.stopwatch import Stopwatch
+from knitlab_core.rods.energies import rod_energy, rod_gradient
+from knitlab_core.rods.frames import follow
+from knitlab_core.rods.rod import Frames
+from knitlab_core.rods.stiffness import rod_hessian
+
+FloatArray = NDArray[np.float64]
+
+SKIN = 1.0
+"""Extra distance within which pairs are candidates [r]."""
+
+PATTERN_SKIN = 1.5
+"""The same for the pattern of the stiffness, which is dearer to rebuild."""
+
+SMALLEST_SHIFT = 1e-6
+LARGEST_SHIFT = 1e6
+SHIFT_DECAY = 64.0
+SHIFT_GROWTH = 4.0
+
+
+class Workspace:
+    """Buffers of one model: candidate pairs, stiffness blocks and their factor.
+
+    Parameters
+    ----------
+    model : Model
+        What is solved.
+
+    Attributes
+    ----------
+    loads : (N, 4) array
+        Dead loads on the unknowns [E r^2, E r^3].
+    clock : Stopwatch
+        Where the time went.
+    factorisations : int
+        Number of factorisations so far.
+    """
+
+    candidates: Candidates
+    pairs: PairState
+    pattern: Pattern
+
+    def __init__(self, model: Model) -> None:
+        n = len(model.fixed)
+        points = (n * len(model.samples.weights), 3)
+        self.model = model
+        self.loads = np.zeros((n, 4))
+        self.clock = Stopwatch()
+        self.factorisations = 0
+        self.points = np.zeros(points)
+        self.base = np.zeros(points)
+        self._moves = np.zeros(points)
+        self._trial = Frames.zeros(n)
+        self._listed = np.zeros((n, 3))
+        self._memory = Memory.empty()
+        self._shift = 0.0
+        self._linear: BlockCholesky | None = None
+        self._blocks = np.zeros((0, 4, 4))
+
+    def start_step(self, q: FloatArray, memory: Memory) -> None:
+        """Begin at an equilibrium: list its pairs and recall what friction remembers of them."""
+        self._memory = memory
+        self._list_pairs(q)
+        sample_points(q, self.model.samples, self.base)
+        self.points[:] = self.base
+
+    def keep_listed(self, q: FloatArray) -> None:
+        """List the pairs anew if any two strands may have approached by more than the skin."""
+        with self.clock("neighbours"):
+            rest, size = affine_rest(self._listed, q[:, :3] - self._listed)
+        if 2.0 * rest + size * (self.model.law.distance + SKIN) > SKIN:
+            self._list_pairs(q)
+
+    def _list_pairs(self, q: FloatArray) -> None:
+        samples, law = self.model.samples, self.model.law
+        with self.clock("neighbours"):
+            self.candidates = find_candidates(q, samples, law, SKIN)
+            self.pairs = recall(self._memory, self.candidates, len(self.points))
+            self._listed = q[:, :3].copy()
+        n = len(q)
+        kept = None
+        if self._linear is not None:
+            kept = update_pattern(self.pattern, n, self.candidates)
+        if kept is None:
+            with self.clock("analyse"):
+                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN))
+                kept = update_pattern(wide, n, self.candidates)
+                self._linear = BlockCholesky(wide)
+                self._blocks = np.zeros((wide.rows.size, 4, 4))
+        if kept is None:
+            msg = "a list of pairs within the wider skin must contain those within the skin"
+            raise RuntimeError(msg)
+        self.pattern = kept
+
+    def move_to(self, q: FloatArray) -> None:
+        """Place the samples at configuration `q`."""
+        sample_points(q, self.model.samples, self.points)
+
+    def lag(self) -> int:
+        """Take friction's loads from the present configuration; return the number of contacts."""
+        m = self.model
+        return lag(self.points, self.candidates, m.samples.length, m.law, self.pairs)
+
+    def energy(self, q: FloatArray, source: Frames) -> float:
+        """Return elastic, contact and friction energy less the work of dead loads; moves samples."""
+        model = self.model
+        with self.clock("energy"):
+            follow(q, model.rods.has_edge, source, self._trial)
+            elastic = sum(rod_energy(q, model.rods, self._trial))
+            self.move_to(q)
+            normal, friction = contact_energy(
+                self.points,
+                self.base,
+                self.candidates,
+                model.samples.length,
+                model.law,
+                self.pairs,
+            )
+            return float(elastic + normal + friction - np.vdot(self.loads, q))
+
+    def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
+        """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
+        model = self.model
+        normal, _ = contact_energy(
+            self.points, self.base, self.candidates, model.samples.length, model.law, self.pairs
+        )
+        return np.array([*rod_energy(q, model.rods, frames), normal])
+
+    def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
+        """Return the gradient (N, 4) at the placed samples, fixed unknowns included."""
+        model = self.model
+        with self.clock("gradient"):
+            g = -self.loads
+            rod_gradient(q, model.rods, frames, g)
+            contact_gradient(
+                self.points,
+                self.base,
+                self.candidates,
+                model.samples,
+                model.law,
+                self.pairs,
+                g,
+            )
+        return g
+
+    def assemble(self, q: FloatArray, frames: Frames, exact: float = 1.0) -> None:
+        """Assemble the stiffness at the placed samples, fixed unknowns still included."""
+        model = self.model
+        with self.clock("assembly"):
+            self._blocks[:] = 0.0
+            rod_hessian(q, model.rods, frames, exact, self.pattern, self._blocks)
+            contact_hessian(
+                self.points,
+                self.base,
+                self.candidates,
+                model.samples,
+                model.law,
+                exact,
+                self.pairs,
+                self.pattern,
+                self._blocks,
+            )
+
+    def stiffness_times(self, v: FloatArray) -> FloatArray:
+        """Return K v for the assembled stiffness; call before `factor`."""
+        out = np.zeros_like(v)
+        multiply(self.pattern, self._blocks, v, out)
+        return out
+
+    def factor(self) -> bool:
+        """Factor the stiffness of the free unknowns, shifted as little as makes it positive."""
+        if self._linear is None:
+            return False
+        shift = self._shift / SHIFT_DECAY
+        if shift < SMALLEST_SHIFT:
+            shift = 0.0
+        with self.clock("factor"):
+            fix_unknowns(self.pattern, self.model.fixed, self._blocks)
+            while True:
+                self.factorisations += 1
+                if self._linear.factor(self._blocks, shift):
+                    self._shift = shift
+                    return True
+                shift = max(SHIFT_GROWTH * shift, SMALLEST_SHIFT)
+                if not shift < LARGEST_SHIFT:
+                    self._shift = 0.0
+                    return False
+
+    @property
+    def shift(self) -> float:
+        """Shift of the last factorisation [E r]."""
+        return self._shift
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        """Return K^-1 b for the last factored stiffness; `b` must vanish at fixed unknowns."""
+        if self._linear is None:
+            msg = "factor before solving"
+            raise RuntimeError(msg)
+        with self.clock("solve"):
+            return self._linear.solve(b)
+
+    def load_coupling(self, v: FloatArray) -> FloatArray:
+        """Return the change of the free forces by friction's loads when the strands move by `v`."""
+        model = self.model
+        out = np.zeros_like(v)
+        add_load_coupling(
+            self.points,
+            self.base,
+            self.candidates,
+            model.samples,
+            model.law,
+            self.pairs,
+            v,
+            out,
+        )
+        out[model.fixed] = 0.0
+        return out
+
+    def room(self, q: FloatArray, step: FloatArray, share: float) -> float:
+        """Return the largest fraction of a step in which no strands can pass through each other.
+
+        Call with samples placed at `q`. Candidates use at most `share` of the
+        way to their neighbour's core; others are farther than contact plus skin.
+        """
+        model = self.model
+        with self.clock("neighbours"):
+            sample_points(step, model.samples, self._moves)
+            part = largest_fraction(self.points, self._moves, self.candidates, model.law, share)
+            rest, size = affine_rest(q[:, :3], step[:, :3])
+            approach = 2.0 * rest + size * (model.law.distance + SKIN)
+        return min(part, (SKIN + model.law.overlap_limit) / max(approach, 1e-300))
+
+    def settle(self) -> tuple[Memory, float]:
+        """Accept the placed samples as an equilibrium; return friction's memory and work."""
+        return settle(self.points, self.base, self.candidates, self.model.law, self.pairs)

@@ -1,0 +1,187 @@
+"""Make every compiled kernel, here and nowhere else.
+
+numba's on-disk cache looks only at the file a kernel stands in: edit a function it *calls* in another
+file and the old machine code is loaded again. So the cache folder is named by a hash of all files of
+kernels together; any edit starts a fresh folder. Compiled code is the only thing this wing writes.
+
+A constant that a kernel uses is compiled into it, so it must stand in a file of kernels too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import re
+import shutil
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+FunctionT = TypeVar("FunctionT", bound="Callable[..., Any]")
+
+UNUSED_DAYS: Final = 30.0
+"""Age [days] at which the compiled code of an older source is removed."""
+
+# Reciprocals are worth 1.5x on rod kernels. Contraction gains nothing and would
+# cost exact identities (a x a = 0); NaN and infinity must keep their meaning.
+FASTMATH: Final = frozenset({"arcp", "nsz"})
+
+_SOURCE_ROOT: Final = Path(__file__).resolve().parent
+_KERNEL_FILE: Final = re.compile(
+    rb"^(?:from knitlab_core\.jit import|from knitlab_core import .*\bjit\b|import knitlab_core\.jit)", re.MULTILINE
+)
+_FOLDER: Final = re.compile(r"kernels-[0-9a-f]{16}")
+_defined: list[str] = []
+_settings: Final[Any] = numba.config
+
+
+def user_cache_directory(environment: Mapping[str, str], system: str) -> Path:
+    """Return the folder in which knitlab may keep what it can compute again.
+
+    Parameters
+    ----------
+    environment : Mapping[str, str]
+        Environment variables; ``KNITLAB_CACHE`` overrides the rule of the system.
+    system : str
+        Name of the system as ``sys.platform`` gives it.
+
+    Examples
+    --------
+    >>> user_cache_directory({"KNITLAB_CACHE": "here"}, "linux").name
+    'here'
+    """
+    if chosen := environment.get("KNITLAB_CACHE"):
+        return Path(chosen).expanduser()
+    if system == "win32":
+        base = environment.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif system == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = environment.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "knitlab"
+
+
+def kernel_files(root: Path) -> list[Path]:
+    """Return the files under a package that define kernels, sorted; `jit.py` itself included.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the ``knitlab_core`` package.
+    """
+    files = sorted(root.rglob("*.py"))
+    return [file for file in files if file == root / "jit.py" or _KERNEL_FILE.search(file.read_bytes())]
+
+
+def source_hash(root: Path) -> str:
+    """Return 16 hexadecimal digits that change with any kernel source, compiler or processor.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the ``knitlab_core`` package; its place counts, as numba files by it.
+    """
+    digest = hashlib.sha256()
+    versions = (platform.python_version(), numba.__version__, np.__version__, llvm.get_host_cpu_name(), str(root))
+    digest.update("\n".join(versions).encode())
+    for file in kernel_files(root):
+        content = file.read_bytes()
+        digest.update(f"\n{file.relative_to(root).as_posix()} {len(content)}\n".encode())
+        digest.update(content)
+    return digest.hexdigest()[:16]
+
+
+def remove_unused(cache: Path, now: float) -> None:
+    """Remove compiled code that no run has touched for `UNUSED_DAYS`.
+
+    Parameters
+    ----------
+    cache : Path
+        Folder that holds one ``kernels-<hash>`` folder per state of the sources.
+    now : float
+        Time now [s since the epoch].
+    """
+    for folder in cache.iterdir():
+        try:
+            age = now - folder.stat().st_mtime
+        except FileNotFoundError:  # another process was quicker
+            continue
+        if _FOLDER.fullmatch(folder.name) and age > UNUSED_DAYS * 86400.0:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _prepare() -> Path | None:
+    """Create and mark as used the folder of these sources; None where nothing can be written."""
+    cache = user_cache_directory(os.environ, sys.platform)
+    folder = cache / f"kernels-{source_hash(_SOURCE_ROOT)}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        remove_unused(cache, time.time())
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+CACHE_FOLDER: Final = _prepare()
+"""Where compiled kernels are kept; None compiles them anew in every process."""
+
+
+def _compile(function: FunctionT, *, inline: bool) -> FunctionT:
+    """Wrap a function for compilation with the options every kernel shares."""
+    _defined.append(function.__qualname__)
+    before = _settings.CACHE_DIR
+    _settings.CACHE_DIR = "" if CACHE_FOLDER is None else str(CACHE_FOLDER)
+    try:
+        compiled = numba.njit(
+            function,
+            cache=CACHE_FOLDER is not None,
+            error_model="numpy",
+            nogil=True,
+            fastmath=set(FASTMATH),
+            forceinline=inline,
+        )
+    finally:  # other users of numba in this process keep their own place
+        _settings.CACHE_DIR = before
+    return cast("FunctionT", compiled)
+
+
+def kernel(function: FunctionT) -> FunctionT:
+    """Compile a function of scalars, tuples and arrays, once per machine.
+
+    Division by zero gives infinity or NaN instead of raising, and the interpreter's lock is released.
+
+    Parameters
+    ----------
+    function : callable
+        A function that never raises and never allocates inside its loops.
+    """
+    return _compile(function, inline=False)
+
+
+def inline_kernel(function: FunctionT) -> FunctionT:
+    """Compile a tiny function of scalars and tuples, always inlined into the kernels that call it.
+
+    Parameters
+    ----------
+    function : callable
+        A few lines of arithmetic, such as a dot product.
+    """
+    return _compile(function, inline=True)
+
+
+def cache_is_cold() -> bool:
+    """Tell whether most of the kernels defined so far have yet to be compiled on this machine."""
+    if CACHE_FOLDER is None:
+        return True
+    compiled = sum(1 for _ in CACHE_FOLDER.rglob("*.nbi"))
+    return compiled == 0 or 2 * compiled < len(_defined)

@@ -1,0 +1,40 @@
+"""Describe knits: from the stitch's formula to one yarn of nodes with named boundary sites.
+
+stitch      five numbers in loop widths, and the sets that have a name
+arclength   a loop's parameter to arc length and back
+pieces      rows of loops and turn-arounds, by arc length
+centreline  pieces strung to one C1 yarn, and sites on it
+stockinette the planar knit
+distance    where the yarn comes closest to itself
+clearance   ... refused where strands overlap
+clasp       whether loops hold each other
+specimen    nodes in metres, checked
+"""
+
+from knitlab_core.knits.arclength import yarn_per_loop
+from knitlab_core.knits.centreline import Centreline, Site, SiteSet
+from knitlab_core.knits.clasp import clasp_numbers, linking_number
+from knitlab_core.knits.clearance import check_clearance
+from knitlab_core.knits.distance import Approach, closest_approach
+from knitlab_core.knits.specimen import Specimen, planar_specimen
+from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
+from knitlab_core.knits.stockinette import stockinette
+
+__all__ = [
+    "NAMED_STITCHES",
+    "Approach",
+    "Centreline",
+    "Site",
+    "SiteSet",
+    "Specimen",
+    "Stitch",
+    "check_clearance",
+    "clasp_numbers",
+    "closest_approach",
+    "linking_number",
+    "locking_strain",
+    "neighbour_gap",
+    "planar_specimen",
+    "stockinette",
+    "yarn_per_loop",
+]

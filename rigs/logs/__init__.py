@@ -1,0 +1,1 @@
+"""Write logs as instruments do: one file a dialect, and one writer for all of them."""

@@ -1,0 +1,230 @@
+"""Say what a run leaves behind: equilibria, frames and how it ended."""
+
+# C and W are the names of the axes.
+# ruff: noqa: N815
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+
+Phase = Literal["Zero", "Preload", "Stretch", "Recover", "Hold"]
+End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged"]
+
+#: The order gives the index under which a phase is stored.
+PHASES: tuple[Phase, ...] = get_args(Phase)
+ENDS: tuple[End, ...] = get_args(End)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpecimenSize:
+    """Hold the lengths that turn travel into strain and force into stress.
+
+    Attributes
+    ----------
+    gauge_C, gauge_W : float
+        Initial hook-to-hook distance along the course and the wale [m]. The one is the width
+        that carries the force of the other.
+    fibre_radius : float
+        Radius of the yarn's tube [m].
+    thickness : float
+        Thickness by convention [m]: the paper assumes a membrane of unit thickness, 1 mm.
+    """
+
+    gauge_C: float
+    gauge_W: float
+    fibre_radius: float
+    thickness: float = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equilibrium:
+    """Hold one accepted equilibrium: what the solver found, before any instrument reads it.
+
+    Attributes
+    ----------
+    time : float
+        Time on the rig's clock [s].
+    displacement_C, displacement_W : float
+        Change of the hook-to-hook distance of the pair [m].
+    force_C, force_W : float
+        Pull of the specimen on one carriage of the pair [N], positive in tension.
+    lateral_force : float
+        Largest force of a hook along its pole [N].
+    elastic_stretch, elastic_bend, elastic_twist, contact_energy : float
+        Stored energies [J].
+    friction_work, external_work : float
+        Work since the start: dissipated, and done by the carriages [J].
+    residual, lag_residual : float
+        Largest free nodal force and change of the lagged friction, relative to the scale [1].
+    contacts, iterations, factorisations : int
+        Touching sample pairs; Newton iterations and factorisations spent on this row.
+    seconds : float
+        Wall time spent on this row [s].
+    cycle : int
+        Counter of the set, from 1.
+    phase : Phase
+        What the axes were doing when they arrived here.
+    tag : str or None
+        Label of the protocol step.
+    """
+
+    time: float
+    displacement_C: float
+    displacement_W: float
+    force_C: float
+    force_W: float
+    lateral_force: float
+    elastic_stretch: float
+    elastic_bend: float
+    elastic_twist: float
+    contact_energy: float
+    friction_work: float
+    external_work: float
+    residual: float
+    lag_residual: float
+    contacts: int
+    iterations: int
+    factorisations: int
+    seconds: float
+    cycle: int
+    phase: Phase
+    tag: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frame:
+    """Hold the shape of the knit at one equilibrium.
+
+    Attributes
+    ----------
+    time : float
+        Time on the rig's clock [s].
+    nodes : FloatArray, shape (N, 3)
+        Node positions [m].
+    axial_strain : FloatArray, shape (N - 1,)
+        Axial strain of every edge [1].
+    strain_C, strain_W : float
+        Effective strain of the specimen [1].
+    cycle : int
+        Counter of the set, from 1.
+    phase : Phase
+        What the axes were doing.
+    """
+
+    time: float
+    nodes: FloatArray
+    axial_strain: FloatArray
+    strain_C: float
+    strain_W: float
+    cycle: int
+    phase: Phase
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """Say how the run ended; a limit or a rupture is a result, not an error.
+
+    Attributes
+    ----------
+    end : End
+        ``target`` when the protocol was carried out to its last step.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    """
+
+    end: End
+    message: str = ""
+
+
+#: SI unit of every number of an `Equilibrium`, in its order.
+UNITS: dict[str, str] = {
+    "time": "s",
+    "displacement_C": "m",
+    "displacement_W": "m",
+    "force_C": "N",
+    "force_W": "N",
+    "lateral_force": "N",
+    "elastic_stretch": "J",
+    "elastic_bend": "J",
+    "elastic_twist": "J",
+    "contact_energy": "J",
+    "friction_work": "J",
+    "external_work": "J",
+    "residual": "1",
+    "lag_residual": "1",
+    "contacts": "1",
+    "iterations": "1",
+    "factorisations": "1",
+    "seconds": "s",
+    "cycle": "1",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trace:
+    """Hold the equilibria of a run column by column.
+
+    Attributes
+    ----------
+    columns : dict of str to FloatArray, shape (n,)
+        The numbers of every row, by the names of `Equilibrium`, in SI units.
+    phase : tuple of Phase
+        Phase of every row.
+    tag : tuple of (str or None)
+        Label of every row.
+    """
+
+    columns: dict[str, FloatArray]
+    phase: tuple[Phase, ...]
+    tag: tuple[str | None, ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.phase)
+
+    def strokes(self) -> IntArray:
+        """Count the strokes: rows of like cycle, phase and label that follow each other.
+
+        Returns
+        -------
+        IntArray, shape (n,)
+            Stroke of every row, from 0. A row belongs to the stroke that led to it.
+        """
+        labels = list(zip(self.columns["cycle"], self.phase, self.tag, strict=True))
+        change = [a != b for a, b in pairwise(labels)]
+        return np.cumsum([0, *change])[: len(labels)]
+
+
+def trace_of(rows: Sequence[Equilibrium]) -> Trace:
+    """Turn rows into columns.
+
+    Parameters
+    ----------
+    rows : sequence of Equilibrium, length n
+        Rows in the order of time.
+
+    Returns
+    -------
+    Trace
+        The same numbers, one array a column.
+    """
+    return Trace(
+        columns={
+            field.name: np.array([getattr(row, field.name) for row in rows], dtype=np.float64)
+            for field in fields(Equilibrium)
+            if field.name in UNITS
+        },
+        phase=tuple(row.phase for row in rows),
+        tag=tuple(row.tag for row in rows),
+    )

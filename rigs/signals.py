@@ -1,0 +1,135 @@
+"""Do to a signal what a measuring chain does to it, in small functions of arrays.
+
+References
+----------
+F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300: the shape-preserving cubic.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigs.record import FloatArray, IntArray
+
+
+def sample_times(start: float, end: float, rate: float) -> FloatArray:
+    """Return the ticks of the clock from start to end, both counted when they are ticks.
+
+    Parameters
+    ----------
+    start, end : float
+        First tick and last moment [s].
+    rate : float
+        Ticks per second [Hz].
+
+    Returns
+    -------
+    FloatArray, shape (n,)
+        Times start + k / rate [s].
+
+    Raises
+    ------
+    SpecificationError
+        If the rate is not above 0.
+    """
+    if not rate > 0:
+        raise SpecificationError("log.rate", rate, "a rate above 0 Hz")
+    count = int(np.floor((end - start) * rate + 1e-9)) + 1
+    return start + np.arange(count) / rate
+
+
+def interpolate(time: FloatArray, values: FloatArray, stroke: IntArray, at: FloatArray) -> FloatArray:
+    """Pass a shape-preserving cubic through the rows, stroke by stroke.
+
+    The pieces meet at the turning points with a slope of their own on either side, so a peak is
+    neither rounded nor overshot.
+
+    Parameters
+    ----------
+    time, values : FloatArray, shape (n,)
+        The rows; times [s] do not fall.
+    stroke : IntArray, shape (n,)
+        Stroke of every row; a stroke starts at the last row of the one before.
+    at : FloatArray, shape (m,)
+        Times to read at [s].
+
+    Returns
+    -------
+    FloatArray, shape (m,)
+        Values, in the unit of the rows.
+    """
+    result = np.full(at.shape, values[0])
+    for index in np.unique(stroke):
+        rows = np.flatnonzero(stroke == index)
+        first, last = max(rows[0] - 1, 0), rows[-1]
+        inside = (at > time[first]) & (at <= time[last])
+        # Of rows at the same time, a step of no duration, the last one counts.
+        keep = np.append(np.diff(time[first : last + 1]) > 0, True)
+        t, y = time[first : last + 1][keep], values[first : last + 1][keep]
+        if inside.any() and len(t) > 1:
+            result[inside] = PchipInterpolator(t, y)(at[inside])
+    return result
+
+
+def add_noise(values: FloatArray, deviation: float, *, seed: int, name: str) -> FloatArray:
+    """Add white noise from the stream that belongs to this seed and this channel's name.
+
+    Parameters
+    ----------
+    values : FloatArray, shape (n,)
+        Signal [unit of the channel].
+    deviation : float
+        Standard deviation [unit of the channel].
+    seed : int
+        Seed of the run.
+    name : str
+        Name of the channel. Another channel more or less changes no stream.
+
+    Returns
+    -------
+    FloatArray, shape (n,)
+        Noisy signal [unit of the channel].
+    """
+    key = np.random.SeedSequence(entropy=seed, spawn_key=tuple(name.encode()))
+    return values + deviation * np.random.default_rng(key).standard_normal(values.shape)
+
+
+def quantise(values: FloatArray, resolution: float) -> FloatArray:
+    """Round to whole steps of the resolution; a resolution of 0 changes nothing."""
+    return np.round(values / resolution) * resolution if resolution > 0 else values
+
+
+def saturate(values: FloatArray, limit: float) -> FloatArray:
+    """Hold the values within plus and minus the limit."""
+    return np.clip(values, -limit, limit)
+
+
+def zero_offset(time: FloatArray, values: FloatArray, zeroed: Sequence[float]) -> FloatArray:
+    """Return what zeroing takes off every sample: the reading at the last zeroing before it.
+
+    Parameters
+    ----------
+    time, values : FloatArray, shape (n,)
+        Samples of one channel.
+    zeroed : sequence of float
+        Times at which the channel was zeroed, rising [s].
+
+    Returns
+    -------
+    FloatArray, shape (n,)
+        Offsets [unit of the channel], 0 before the first zeroing.
+    """
+    offset = np.zeros_like(values)
+    for moment in zeroed:
+        first = int(np.searchsorted(time, moment - 1e-9))
+        if first < len(time):
+            offset[first:] = values[first]
+    return offset

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.schemas import ProtocolError, from_yaml, to_yaml
+from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import NAMED_STITCHES, Stitch
+from knitlab_core.materials import MATERIALS
+from rigs.motion import strokes
+from rigs.protocol import Axis, Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Target, Zero
+
+AXES = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
+SPEEDS = st.floats(1e-9, 1.0)
+LABELS = st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,20}[A-Za-z0-9._-])?", fullmatch=True)
+TAGS = st.none() | LABELS
+STRAINS = st.floats(-0.9, 5.0)
+TARGETS = st.builds(Target, kind=st.just("strain"), value=STRAINS) | st.builds(
+    Target, kind=st.just("displacement"), value=st.floats(-10.0, 10.0)
+)
+CHANNELS = st.sampled_from([("force",), ("displacement",), ("force", "displacement")])
+RANGES = st.tuples(STRAINS, STRAINS).filter(lambda pair: pair[0] < pair[1])
+CYCLES = st.builds(
+    lambda axes, ends, rate, n, tag: Cycle(axes=axes, lower=ends[0], upper=ends[1], rate=rate, n=n, tag=tag),
+    AXES,
+    RANGES,
+    SPEEDS,
+    st.integers(1, 5),
+    TAGS,
+)
+SINGLE_STEPS = (
+    st.builds(Zero, channels=CHANNELS)
+    | st.builds(Preload, axes=AXES, force=st.floats(1e-9, 1e4), rate=SPEEDS, tag=TAGS)
+    | st.builds(Ramp, axes=AXES, to=TARGETS, rate=SPEEDS, tag=TAGS)
+    | st.builds(Hold, duration=st.floats(1e-9, 1e7), tag=TAGS)
+    | CYCLES
+)
+STEPS = st.recursive(
+    SINGLE_STEPS,
+    lambda inner: st.builds(Repeat, n=st.integers(1, 3), steps=st.lists(inner, min_size=1, max_size=3).map(tuple)),
+    max_leaves=5,
+)
+STITCHES = st.builds(
+    Stitch,
+    curvature=st.floats(0.1, 5.0),
+    height=st.floats(0.1, 10.0),
+    depth=st.floats(0.1, 10.0),
+    row_spacing=st.floats(0.1, 10.0),
+    fibre_radius=st.floats(1e-3, 0.5),
+)
+SPECIMENS = st.builds(
+    SpecimenSpec,
+    knit=st.sampled_from(sorted(NAMED_STITCHES)) | STITCHES,
+    rows=st.integers(1, 50),
+    loops=st.integers(1, 50),
+    loop_width=st.floats(1e-6, 1.0),
+    material=st.sampled_from(sorted(MATERIALS)),
+    friction=st.floats(0.0, 2.0),
+    nodes_per_loop=st.integers(8, 1000),
+)
+PROTOCOLS = st.builds(
+    Protocol,
+    specimen=SPECIMENS,
+    speed_ref=st.sampled_from(["pair", "grip"]),
+    others=st.just("hold"),
+    steps=st.lists(STEPS, min_size=1, max_size=4).map(tuple),
+    log=st.builds(LogSpec, rate=st.floats(1e-3, 1e4), noise=st.booleans(), seed=st.integers(0, 2**63 - 1)),
+    name=LABELS,
+    max_strain_increment=st.floats(1e-5, 0.1),
+)
+# The first example loads the unit registry, which takes longer than any deadline.
+patient = settings(deadline=None)
+EXAMPLE = (Path(__file__).parents[2] / "examples" / "biaxial_small.yaml").read_text(encoding="utf-8")
+GAUGES: dict[Axis, float] = {"C": 20.0, "W": 30.0}
+
+
+@patient
+@given(PROTOCOLS)
+def test_a_protocol_reads_back_as_itself(protocol: Protocol) -> None:
+    assert from_yaml(to_yaml(protocol)) == protocol
+
+
+@patient
+@given(PROTOCOLS)
+def test_strokes_join_and_keep_their_speed(protocol: Protocol) -> None:
+    last: dict[Axis, float] = {"C": 0.0, "W": 0.0}
+    cycle = 1
+    try:
+        for stroke in strokes(protocol, GAUGES):
+            assert dict(stroke.start) == last
+            assert stroke.cycle in {cycle, cycle + 1}
+            assert math.isfinite(stroke.duration)
+            assert stroke.duration > 0.0 or stroke.phase == "Zero"
+            assert (stroke.start == stroke.end) == (stroke.phase in {"Zero", "Hold"})
+            last, cycle = dict(stroke.end), stroke.cycle
+    except SpecificationError as error:
+        assert "displacement" in str(error)  # noqa: PT017 (steps that add up to nothing between the hooks)
+
+
+@patient
+@given(
+    st.integers(0, len(EXAMPLE)),
+    st.integers(0, 20),
+    st.text(max_size=8) | st.sampled_from([*"{}[]&*!|>%@`'\":,#-\n\t"]),
+)
+def test_a_spoilt_example_is_at_worst_an_error_of_one_line(at: int, cut: int, insert: str) -> None:
+    one_line_at_worst(EXAMPLE[:at] + insert + EXAMPLE[at + cut :])
+
+
+@patient
+@given(st.text(max_size=200))
+def test_any_text_is_at_worst_an_error_of_one_line(text: str) -> None:
+    one_line_at_worst(text)
+
+
+def one_line_at_worst(text: str) -> None:
+    try:
+        from_yaml(text)
+    except ProtocolError as error:
+        line = str(error)
+        assert line.startswith("<protocol>:")
+        assert "\n" not in line

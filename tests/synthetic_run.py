@@ -1,0 +1,137 @@
+"""Make a run that no solver made: a sinusoidal knit and exponential curves with a loop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from app.rig_data import read_biaxial_data
+from app.run_reader import RunReader
+from app.runs import RunWriter
+from rigs.biaxial_data import stage_instrument
+from rigs.instruments import Zeroing, measure
+from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigs.record import FloatArray
+
+SIZE = SpecimenSize(gauge_C=45e-3, gauge_W=40e-3, fibre_radius=0.4e-3)
+SPEED = 0.2e-3
+STROKES: tuple[tuple[int, Phase, float, float], ...] = (
+    (1, "Stretch", 0.0, 0.4),
+    (1, "Recover", 0.4, 0.0),
+    (2, "Stretch", 0.0, 0.4),
+    (2, "Recover", 0.4, 0.0),
+)
+
+
+def stress(strain: float, cycle: int, phase: Phase, axis: str) -> float:
+    """Return a made-up stress [Pa]: exponential, softer on the way back and after the first cycle."""
+    rise = {"C": 90.0, "W": 130.0}[axis] * (np.exp(16.5 * strain) - 1)
+    share = 1.0 if phase == "Stretch" else 0.55 + 0.45 * (strain / 0.4) ** 4
+    softened = 1.0 if cycle == 1 else 0.8 + 0.2 * (strain / 0.4) ** 4
+    return float(rise * share * softened)
+
+
+def row(time: float, strain: float, cycle: int, phase: Phase) -> Equilibrium:
+    """Return one equilibrium of the made-up test."""
+    thickness = SIZE.thickness
+    return Equilibrium(
+        time=time,
+        displacement_C=strain * SIZE.gauge_C,
+        displacement_W=strain * SIZE.gauge_W,
+        force_C=stress(strain, cycle, phase, "C") * SIZE.gauge_W * thickness,
+        force_W=stress(strain, cycle, phase, "W") * SIZE.gauge_C * thickness,
+        lateral_force=0.0,
+        elastic_stretch=1e-5 * strain,
+        elastic_bend=1e-4 * strain,
+        elastic_twist=1e-6,
+        contact_energy=1e-6,
+        friction_work=1e-6,
+        external_work=1e-4 * strain,
+        residual=1e-5,
+        lag_residual=1e-5,
+        contacts=400,
+        iterations=9,
+        factorisations=9,
+        seconds=0.05,
+        cycle=cycle,
+        phase=phase,
+        tag="equibiaxial",
+    )
+
+
+def rows(steps: int = 20) -> list[Equilibrium]:
+    """Return two equibiaxial cycles to 40 %, the axes arriving together."""
+    made, time = [row(0.0, 0.0, 1, "Zero")], 0.0
+    for cycle, phase, start, end in STROKES:
+        duration = abs(end - start) * SIZE.gauge_C / SPEED
+        for k in range(1, steps + 1):
+            strain = start + (end - start) * k / steps
+            made.append(row(time + duration * k / steps, strain, cycle, phase))
+        time += duration
+    return made
+
+
+def knit_nodes(strain: float, loops: int = 6) -> FloatArray:
+    """Return stockinette rows joined by turns, stretched affinely [m], shape (N, 3)."""
+    a, h, d, w, loop = 1.5, 0.8, 0.25, 0.86, 8e-3
+    parts = []
+    for k in range(loops):
+        t = np.linspace(-np.pi, (2 * loops - 1) * np.pi, 48 * loops)
+        line = np.stack([(t + a * np.sin(2 * t)) / (2 * np.pi), h * np.cos(t) + k * w, d * np.cos(2 * t)], axis=1)
+        parts.append(line if k % 2 == 0 else line[::-1])
+        if k < loops - 1:
+            side, end = (1 if k % 2 == 0 else -1), parts[-1][-1]
+            phi = np.linspace(-np.pi / 2, np.pi / 2, 14)[1:-1]
+            turn = np.stack(
+                [end[0] + side * w / 2 * np.cos(phi), end[1] + w / 2 * (1 + np.sin(phi)), d + 0 * phi],
+                axis=1,
+            )
+            parts.append(turn)
+    nodes = np.concatenate(parts)
+    nodes -= (nodes.max(0) + nodes.min(0)) / 2
+    stretched: FloatArray = loop * nodes * np.array([1 + strain, 1 + strain, 1 - 0.5 * strain])
+    return stretched
+
+
+def frame(time: float, strain: float, cycle: int, phase: Phase) -> Frame:
+    """Return the made-up shape at a strain."""
+    nodes = knit_nodes(strain)
+    wave = 0.5 + 0.5 * np.cos(np.arange(len(nodes) - 1) * 2 * np.pi / 24)
+    return Frame(
+        time=time,
+        nodes=nodes,
+        axial_strain=0.02 * (strain / 0.4) ** 3 * wave - 1e-3 * strain,
+        strain_C=strain,
+        strain_W=strain,
+        cycle=cycle,
+        phase=phase,
+    )
+
+
+def make_run(path: Path, *, sampled: bool = True) -> RunReader:
+    """Write the made-up test to a file and open it."""
+    made = rows()
+    instrument = stage_instrument(read_biaxial_data())
+    with RunWriter(
+        path,
+        protocol="name: synthetic\n",
+        size=SIZE,
+        node_count=len(knit_nodes(0.0)),
+        instrument=instrument,
+        provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+    ) as writer:
+        for one in made:
+            writer.append(one)
+        quarter = 0.4 * SIZE.gauge_C / SPEED
+        for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
+            writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
+        if sampled:
+            zero = Zeroing(time=0.0, kinds=frozenset({"force", "displacement"}))
+            writer.write_samples(measure(instrument, trace_of(made), seed=7, zeroings=[zero]))
+            writer.finish(Outcome(end="target"))
+    return RunReader(path)

@@ -1,0 +1,79 @@
+"""The table of materials and how it is asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import pytest
+
+from knitlab_core.errors import SpecificationError
+from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, Material, Value, material_named
+
+
+def pure(value: float) -> Value:
+    return Value(value=value, unit="1", source="test")
+
+
+def pascal(value: float) -> Value:
+    return Value(value=value, unit="Pa", source="test")
+
+
+@pytest.mark.parametrize(
+    ("name", "modulus"),
+    [("RGD8530-DM", 0.82e9), ("VeroUltraWhite", 2.0e9), ("IP-Dip", 3.0e9)],
+)
+def test_moduli_are_the_papers(name: str, modulus: float) -> None:
+    entry = material_named(name).young_modulus
+    assert (entry.value, entry.unit, entry.assumed) == (modulus, "Pa", False)
+    assert "the paper" in entry.source
+
+
+@pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+def test_every_number_has_a_source_and_poisson_ratios_own_up(material: Material) -> None:
+    for entry in (material.young_modulus, material.poisson_ratio, material.strength, material.density):
+        assert entry is None or entry.source
+    assert material.poisson_ratio.assumed
+    assert material.note
+
+
+def test_friction_is_labelled_assumed_wherever_it_shows() -> None:
+    assert str(DEFAULT_FRICTION) == "0.3 (assumed)"
+
+
+def test_shear_modulus() -> None:
+    material = Material(name="test", young_modulus=pascal(2.6), poisson_ratio=pure(0.3))
+    assert material.shear_modulus == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("typed", ["RGD8530", "rgd8530-dm", "RGD8530-DN"])
+def test_unknown_name_suggests_the_nearest_and_lists_all(typed: str) -> None:
+    with pytest.raises(SpecificationError) as caught:
+        material_named(typed)
+    assert "did you mean RGD8530-DM?" in str(caught.value)
+    assert all(name in str(caught.value) for name in MATERIALS)
+
+
+def test_far_name_gets_no_suggestion() -> None:
+    with pytest.raises(SpecificationError) as caught:
+        material_named("unobtainium", field="yarn.material")
+    assert "did you mean" not in str(caught.value)
+    assert caught.value.field == "yarn.material"
+
+
+@pytest.mark.parametrize(
+    ("field", "numbers"),
+    [
+        ("material.young_modulus", {"young_modulus": pascal(0.0)}),
+        ("material.young_modulus", {"young_modulus": pascal(float("nan"))}),
+        ("material.strength", {"strength": pascal(-1.0)}),
+        ("material.density", {"density": pascal(float("inf"))}),
+        ("material.poisson_ratio", {"poisson_ratio": pure(0.6)}),
+        ("material.poisson_ratio", {"poisson_ratio": pure(-1.0)}),
+    ],
+)
+def test_impossible_numbers_are_refused(field: str, numbers: dict[str, Value]) -> None:
+    sound = Material(name="test", young_modulus=pascal(1e9), poisson_ratio=pure(0.3))
+    with pytest.raises(SpecificationError) as caught:
+        replace(sound, **cast("dict[str, Any]", numbers))
+    assert caught.value.field == field

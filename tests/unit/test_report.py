@@ -1,0 +1,150 @@
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from app import painters, pictures
+from app.painters import fit_window, vtk_environment
+from app.pictures import knit_frames, knit_picture, marked_frames, specimen_picture
+from app.report import Curves, stress_strain_plot
+from app.run_reader import RunReader
+from app.tubes import smooth_curve, tube
+from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from tests.synthetic_run import frame, knit_nodes, make_run
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> RunReader:
+    return make_run(tmp_path_factory.mktemp("run") / "run.h5")
+
+
+@pytest.fixture
+def without_vtk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(painters, "find_spec", lambda _: None)
+
+
+def test_curve_is_the_quadratic_spline_of_the_nodes() -> None:
+    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 1, 0]])
+    curve = smooth_curve(nodes, per_span=2)
+    assert curve[0].tolist() == nodes[0].tolist()
+    assert curve[-1].tolist() == nodes[-1].tolist()
+    # Spans join at the middles of the edges; the middle of span i is (x₋ + 6x + x₊)/8.
+    assert curve[1].tolist() == [0.5, 0, 0]
+    assert curve[2] == pytest.approx((nodes[0] + 6 * nodes[1] + nodes[2]) / 8)
+    assert curve[3].tolist() == [1, 0.5, 0]
+    assert curve[5].tolist() == [1.5, 1, 0]
+
+
+def test_colour_follows_edges_or_nodes() -> None:
+    nodes = np.stack([np.arange(5.0), 0 * np.arange(5.0), 0 * np.arange(5.0)], axis=1)
+    by_edge = tube(nodes, np.array([0.0, 1, 2, 3]), 0.1)
+    by_node = tube(nodes, np.arange(5.0), 0.1)
+    assert len(by_edge.values) == len(by_edge.points) == len(by_node.values)
+    # An edge's value stands at its middle, x = k + 1/2; ends keep the last one.
+    assert by_edge.values[1:-1] == pytest.approx(by_edge.points[1:-1, 0] / 1e3 - 0.5)
+    assert by_node.values == pytest.approx(by_node.points[:, 0] / 1e3)
+    assert by_edge.radius == pytest.approx(100.0)
+
+
+def test_window_holds_the_whole_tube() -> None:
+    one = tube(knit_nodes(0.0), np.zeros(len(knit_nodes(0.0))), 0.4e-3)
+    x0, x1, y0, y1 = fit_window([one])
+    assert x0 < one.points[:, 0].min() - 0.4
+    assert x1 > one.points[:, 0].max() + 0.4
+    assert y0 < one.points[:, 1].min() - 0.4
+    assert y1 > one.points[:, 1].max() + 0.4
+
+
+def test_frames_are_picked_on_the_way_to_the_first_peak() -> None:
+    strains = [0.0, 0.1, 0.2, 0.3, 0.4, 0.2, 0.0, 0.2, 0.4]
+    picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate(strains)])
+    assert [(one.time, one.strain_C) for one in picked] == [(0.0, 0.0), (2.0, 0.2), (4.0, 0.4)]
+    picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate([0.0, 0.2, 0.33])])
+    assert [one.strain_C for one in picked] == [0.0, 0.2, 0.33]
+    assert len(marked_frames([frame(0.0, 0.0, 1, "Zero")])) == 1
+    assert marked_frames([]) == ()
+
+
+def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> None:
+    curves = Curves(run)
+    found = [(cycle, style) for cycle, style, _ in curves.branches()]
+    assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
+    strain, stress = curves.stress_strain("W")
+    assert strain.max() == pytest.approx(0.4, abs=1e-3)
+    assert stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
+    image = imread(stress_strain_plot(run, tmp_path / "plot.png"))
+    assert image.shape[0] > 800
+    assert image.std() > 0.05
+
+
+def test_a_run_cut_off_is_plotted_from_its_equilibria(tmp_path: Path) -> None:
+    cut_off = make_run(tmp_path / "run.h5", sampled=False)
+    assert Curves(cut_off).time.tolist() == cut_off.trace.columns["time"].tolist()
+    assert stress_strain_plot(cut_off, tmp_path / "plot.png").exists()
+
+
+@pytest.mark.usefixtures("without_vtk")
+def test_pictures_without_vtk_say_so(run: RunReader, tmp_path: Path) -> None:
+    picture = knit_frames(run, tmp_path / "knit.png")
+    assert "pyvista is not installed" in picture.note
+    image = imread(picture.path)
+    assert image.shape[1] > 2.5 * image.shape[0]
+    nodes = knit_nodes(0.2, loops=2)
+    one = knit_picture(nodes, 0.4e-3, np.zeros(len(nodes) - 1), tmp_path / "one.png", title="strain 20 %")
+    assert imread(one.path).std() > 0.02
+
+
+@pytest.mark.usefixtures("without_vtk")
+def test_specimen_picture(tmp_path: Path) -> None:
+    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
+    assert imread(specimen_picture(specimen, tmp_path / "s.png").path).std() > 0.05
+
+
+def test_pictures_with_vtk(run: RunReader, tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    nodes = run.frames()[2].nodes
+    values = 100 * run.frames()[2].axial_strain
+    picture = knit_picture(nodes, 0.4e-3, values, tmp_path / "one.png", title="strain 40 %")
+    if picture.note:
+        pytest.skip(picture.note)
+    assert imread(picture.path).std() > 0.05
+
+
+def test_a_painter_that_crashes_is_replaced(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    monkeypatch.setattr(painters, "find_spec", lambda _: object())
+    monkeypatch.setattr(painters, "vtk_environment", lambda *_: {})
+    assert "VTK did not paint" in knit_frames(run, tmp_path / "knit.png").note
+
+
+def test_a_run_without_frames_has_no_picture(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "marked_frames", lambda _: ())
+    with pytest.raises(SpecificationError, match="at least one frame"):
+        knit_frames(run, tmp_path / "knit.png")
+
+
+@pytest.mark.parametrize(
+    ("given", "libraries", "window"),
+    [
+        ({}, {"EGL", "OSMesa"}, "vtkEGLRenderWindow"),
+        ({}, {"OSMesa"}, "vtkOSOpenGLRenderWindow"),
+        ({"DISPLAY": ":0"}, set(), None),
+        ({"VTK_DEFAULT_OPENGL_WINDOW": "mine"}, set(), "mine"),
+    ],
+)
+def test_window_class_is_chosen_where_there_is_no_screen(
+    given: dict[str, str], libraries: set[str], window: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(painters, "find_library", lambda name: name if name in libraries else None)
+    found = vtk_environment(given, "linux")
+    assert found is not None
+    assert found.get("VTK_DEFAULT_OPENGL_WINDOW") == window
+
+
+def test_vtk_is_not_tried_where_it_would_crash(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(painters, "find_library", lambda _: None)
+    assert vtk_environment({}, "linux") is None
+    assert vtk_environment({}, "darwin") is not None

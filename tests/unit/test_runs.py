@@ -1,0 +1,228 @@
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from app.export import export_log
+from app.rig_data import read_biaxial_data
+from app.run_folder import make_run_folder, whole_file, write_whole
+from app.run_reader import RunReader
+from app.runs import RunWriter
+from knitlab_core.errors import FormatError, SpecificationError
+from rigs.biaxial_data import stage_instrument
+from rigs.record import UNITS, Outcome, trace_of
+from tests.synthetic_run import SIZE, knit_nodes, make_run, row, rows
+
+ROOT = Path(__file__).parents[2]
+
+
+def writer(path: Path) -> RunWriter:
+    return RunWriter(
+        path,
+        protocol="name: ü\n",
+        size=SIZE,
+        node_count=4,
+        instrument=stage_instrument(read_biaxial_data()),
+        provenance={"seed": 1},
+    )
+
+
+def test_tags_may_be_in_any_script(tmp_path: Path) -> None:
+    with writer(tmp_path / "run.h5") as run:
+        run.append(replace(row(0.0, 0.0, 1, "Hold"), tag="Prüfung"))
+        run.append(replace(row(1.0, 0.0, 1, "Hold"), tag=None))
+    read = RunReader(tmp_path / "run.h5")
+    assert read.trace.tag == ("Prüfung", None)
+    assert read.protocol == "name: ü\n"
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    run = make_run(tmp_path / "run.h5")
+    trace = trace_of(rows())
+    assert run.protocol == "name: synthetic\n"
+    assert run.size == SIZE
+    assert run.outcome == Outcome(end="target")
+    assert run.provenance["seed"] == 7
+    assert run.provenance["thickness_convention"] == "unit"
+    assert (run.trace.phase, run.trace.tag) == (trace.phase, trace.tag)
+    for name in UNITS:
+        assert run.trace.columns[name].tolist() == trace.columns[name].tolist()
+    frames = run.frames()
+    assert [round(frame.strain_C, 6) for frame in frames] == [0.0, 0.2, 0.4]
+    assert frames[2].nodes.tolist() == knit_nodes(0.4).tolist()
+    assert len(frames[0].axial_strain) == len(frames[0].nodes) - 1
+    assert run.samples is not None
+    assert run.samples.measured["XForce"].shape == run.samples.time.shape
+    assert run.samples.units["XForce"] == "N"
+    assert run.samples.tag[0] == "equibiaxial"
+
+
+def test_layout_is_the_documented_one(tmp_path: Path) -> None:
+    make_run(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert set(file) >= {"equilibria", "channels", "frames", "protocol"}
+        assert set(file["equilibria"]) == {*UNITS, "phase", "tag"}
+        assert file["equilibria/force_C"].attrs["units"] == "N"
+        assert file["channels/XForce"].attrs["units"] == "N"
+        assert set(file["channels/clean"]) == {"XDisplacement", "YDisplacement", "XForce", "YForce"}
+        assert file["equilibria/cycle"].dtype.kind == "i"
+        assert file["outcome"].attrs["end"] == b"target"
+
+
+def test_a_message_too_long_is_cut_not_lost(tmp_path: Path) -> None:
+    with writer(tmp_path / "run.h5") as run:
+        run.finish(Outcome(end="diverged", message="ü" * 2000))
+    outcome = RunReader(tmp_path / "run.h5").outcome
+    assert outcome.end == "diverged"
+    assert outcome.message == "ü" * 512
+
+
+def test_a_run_that_goes_on_can_be_looked_into(tmp_path: Path) -> None:
+    with writer(tmp_path / "run.h5") as run:
+        for one in rows(2)[:3]:
+            run.append(one)
+        seen = RunReader(tmp_path / "run.h5")
+    assert len(seen.trace) == 3
+    assert seen.outcome.end == "abort"
+    assert seen.samples is None
+
+
+def test_another_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "run.h5").write_bytes(b"not a run")
+    with pytest.raises(FormatError, match="record of a run"):
+        RunReader(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = 1
+    with pytest.raises(FormatError, match="record of a run"):
+        RunReader(tmp_path / "other.h5")
+    with pytest.raises(FileNotFoundError):
+        RunReader(tmp_path / "none.h5")
+
+
+KILLED = textwrap.dedent(
+    """
+    import sys
+    from dataclasses import replace
+    from pathlib import Path
+    from tests.unit.test_runs import writer
+    from tests.synthetic_run import frame, row
+    from rigs.record import Frame
+    import numpy as np
+    with writer(Path(sys.argv[1])) as run:
+        for k in range(10**6):
+            run.append(replace(row(float(k), 0.1, 1, "Stretch"), tag=f"tag {k // 50}"))
+            if k % 10 == 0:
+                run.add_frame(Frame(time=float(k), nodes=np.full((4, 3), 1.0 + k), axial_strain=np.ones(3),
+                                    strain_C=0.1, strain_W=0.1, cycle=1, phase="Stretch"))
+            print(k, flush=True)
+    """
+)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is Unix")
+@pytest.mark.parametrize("after", [3, 57, 140])
+def test_a_killed_run_keeps_every_accepted_row(tmp_path: Path, after: int) -> None:
+    path = tmp_path / "run.h5"
+    command = [sys.executable, "-P", "-c", KILLED, str(path)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment, text=True) as process:  # noqa: S603
+        if process.stdout is None:
+            pytest.fail("no pipe")
+        accepted = [int(process.stdout.readline()) for _ in range(after)][-1]
+        process.kill()
+        accepted = max([accepted, *(int(line) for line in process.stdout if line.endswith("\n"))])
+    run = RunReader(path)
+    assert len(run.trace) >= accepted + 1
+    assert run.trace.columns["time"].tolist() == list(range(len(run.trace)))
+    assert run.trace.tag[accepted] == f"tag {accepted // 50}"
+    assert run.outcome.end == "abort"
+    frames = run.frames()
+    assert len(frames) >= accepted // 10
+    assert all(np.all(one.nodes == 1.0 + one.time) for one in frames)
+    with h5py.File(path) as file:
+        assert len(file["equilibria/time"]) >= accepted + 1
+
+
+def test_a_run_folder_is_never_overwritten(tmp_path: Path) -> None:
+    wanted = tmp_path / "runs" / "a"
+    assert make_run_folder(wanted) == wanted
+    assert make_run_folder(wanted) == wanted  # still empty
+    (wanted / "run.h5").touch()
+    assert make_run_folder(wanted).name == "a-2"
+    (tmp_path / "runs" / "a-2" / "run.h5").touch()
+    assert make_run_folder(wanted).name == "a-3"
+    assert make_run_folder(wanted, force=True) == wanted
+
+
+def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:
+    path = write_whole(tmp_path / "log.csv", [b"a\r\n", b"b\r\n"])
+    assert path.read_bytes() == b"a\r\nb\r\n"
+    with pytest.raises(ZeroDivisionError):
+        _fail_half_way(path)
+    assert path.read_bytes() == b"a\r\nb\r\n"
+    assert [one.name for one in tmp_path.iterdir()] == ["log.csv"]
+
+
+def _fail_half_way(path: Path) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_bytes(b"half")
+        raise ZeroDivisionError
+
+
+def test_log_is_exported_from_the_record(tmp_path: Path) -> None:
+    run = make_run(tmp_path / "run.h5")
+    lines = export_log(run, tmp_path / "stage.csv").read_bytes().split(b"\r\n")
+    assert lines[0].startswith(b"SetName,Cycle,Time_S")
+    assert run.samples is not None
+    assert len(lines) == len(run.samples.time) + 2
+    assert lines[1].startswith(b"equibiaxial,1-Preload,0.000,22.0,")
+    assert lines[1].endswith(b",0,0,0.00,0.00")
+    with pytest.raises(SpecificationError, match="one of biotester"):
+        export_log(run, tmp_path / "x.csv", "none")
+    cut_off = make_run(tmp_path / "cut.h5", sampled=False)
+    with pytest.raises(SpecificationError, match="sampled to its end"):
+        export_log(cut_off, tmp_path / "x.csv")
+
+
+def test_rig_data_says_where_every_number_comes_from() -> None:
+    data = read_biaxial_data()
+    assert data.carriage.speed.value == 0.2e-3
+    assert not data.carriage.speed.assumed
+    assert data.load_cell.limit.assumed
+    parts = (data.carriage, data.pole, data.load_cell, data.encoder, data.clock, data.convention)
+    for part in parts:
+        for name in part.__slots__:
+            assert getattr(part, name).source
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("  noise:", "  nose:", r"bad\.yaml:\d+: .*'nose'"),
+        ("value: 100.0", "value: lots", r"bad\.yaml:\d+: .*found 'lots'"),
+        ("    assumed: true\n", "", r"also assumed"),
+        ("rig: biaxial-hook", "rig: [", r"YAML"),
+        ("rig: biaxial-hook", "rig: true", r"a str, found True"),
+    ],
+)
+def test_bad_rig_data_is_refused_with_its_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+    text = (ROOT / "rigs" / "data" / "biaxial_hook.yaml").read_text()
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(text.replace(old, new))
+    with pytest.raises(FormatError, match=message):
+        read_biaxial_data(bad)
+
+
+def test_row_is_flushed_before_append_returns(tmp_path: Path) -> None:
+    with writer(tmp_path / "run.h5") as run:
+        run.append(row(0.0, 0.0, 1, "Zero"))
+        copy = tmp_path / "copy.h5"
+        copy.write_bytes((tmp_path / "run.h5").read_bytes())
+        assert len(RunReader(copy).trace) == 1

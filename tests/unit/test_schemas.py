@@ -1,0 +1,260 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, to_yaml
+from knitlab_core.errors import GeometryError
+from knitlab_core.knits import Stitch
+from rigs.protocol import Cycle, Ramp, Zero
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+# Line and column of what the cases below spoil are read off this text.
+GOOD = """\
+schema: knitlab/protocol@1
+rig: biaxial-hook
+specimen:
+  knit: plain-knit
+  loops: [4, 5]
+  loop: 8 mm
+  material: RGD8530-DM
+  friction: 0.3
+speed_ref: pair
+others: hold
+log: {rate: 10 Hz, noise: off}
+params: {pre: 0.2}
+steps:
+  - zero: {channels: [force]}
+  - ramp: {axes: [W], to: {strain: "${pre}"}, rate: 0.2 mm/s}
+  - cycle: {axes: [C], lower: 0, upper: 40 %, rate: 0.2 mm/s, n: 2}
+  - hold: {for: 10 s}
+"""
+
+
+class Bad(NamedTuple):
+    """One way to spoil the text: `old` becomes `new`; the error stands at line:column and says so."""
+
+    old: str
+    new: str
+    line: int
+    column: int
+    says: str
+
+
+STITCH = "{curvature: 1.5, height: 0.8, depth: 0.25, row_spacing: 0.86, fibre_radius: 0.05}"
+BAD = [
+    # What is there and should not be
+    Bad("rig:", "rgi: x\nrig:", 2, 1, "rgi: found an unknown field, allowed schema, name, rig, "),
+    Bad("  loop: 8", "  lop: 8", 6, 3, "specimen.lop: found an unknown field, "),
+    Bad("  loop: 8", "  lop: 8", 6, 3, "(did you mean loop?)"),
+    Bad("n: 2}", "n: 2, rte: 1}", 16, 69, "steps[2].cycle.rte: found an unknown field"),
+    Bad("params:", "sweep: {pre: [0, 1]}\nparams:", 12, 1, "(sweep is not available yet)"),
+    Bad("n: 2}", "n: 2, control: force}", 16, 69, "(control is not available yet)"),
+    Bad("{strain: ", "{force: 1 N, strain: ", 15, 28, "(force is not available yet)"),
+    # What is missing
+    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook"),
+    Bad("  loop: 8 mm\n", "", 4, 3, "specimen.loop: found nothing, allowed a length with its unit, such as 8 mm"),
+    Bad("others: hold\n", "", 1, 1, "others: found nothing, allowed hold"),
+    Bad(", rate: 0.2 mm/s, n: 2", ", n: 2", 16, 12, "steps[2].cycle.rate: found nothing, allowed a speed"),
+    Bad("material: RGD8530-DM", "material:", 7, 3, "specimen.material: found nothing, allowed the name of a material"),
+    # Units and dimensions
+    Bad("loop: 8 mm", "loop: 8", 6, 9, "specimen.loop: found 8, allowed a length with its unit"),
+    Bad("loop: 8 mm", "loop: 8 s", 6, 9, "found '8 s', allowed a length"),
+    Bad("loop: 8 mm", "loop: 8 furlong_s", 6, 9, "found '8 furlong_s', allowed a length"),
+    Bad("loop: 8 mm", "loop: -8 mm", 6, 9, "specimen.loop: found -0.008 m, allowed a length from 1 um to 1 m"),
+    Bad("loop: 8 mm", "loop: 9**9**9**9 mm", 6, 9, "allowed a length"),
+    Bad("10 Hz", "600 rpm", 11, 13, "log.rate: found '600 rpm', allowed a frequency"),
+    Bad("10 Hz", "-1 Hz", 11, 13, "log.rate: found -1 Hz, allowed a frequency above 0"),
+    Bad("0.2 mm/s}", "0.2 mm}", 15, 53, "steps[1].ramp.rate: found '0.2 mm', allowed a speed"),
+    Bad("40 %", "40 deg", 16, 41, "steps[2].cycle.upper: found '40 deg', allowed a strain"),
+    Bad("40 %", "-10 %", 16, 41, "steps[2].cycle.upper: found -0.1, allowed a strain above lower (0)"),
+    Bad("10 s}", "1e999 s}", 17, 17, "steps[3].hold.for: found '1e999 s', allowed a time"),
+    Bad("10 s}", "0 s}", 17, 17, "steps[3].hold.for: found 0 s, allowed a time above 0"),
+    # Wrong types
+    Bad("[4, 5]", "[4, 5.5]", 5, 14, "specimen.loops[1]: found 5.5, allowed a whole number"),
+    Bad("[4, 5]", "[4]", 5, 10, "specimen.loops: found a list, allowed [rows, loops in a row]"),
+    Bad("[4, 5]", "6", 5, 10, "specimen.loops: found 6, allowed [rows, loops in a row]"),
+    Bad("[4, 5]", "[0, 5]", 5, 10, "specimen.loops: found 0, allowed a whole number from 1 to 200"),
+    Bad("friction: 0.3", "friction: high", 8, 13, "specimen.friction: found 'high', allowed a coefficient"),
+    Bad("friction: 0.3", "friction: -1", 8, 13, "specimen.friction: found -1.0, allowed a coefficient from 0 to 2"),
+    Bad("n: 2}", "n: twice}", 16, 66, "steps[2].cycle.n: found 'twice', allowed a whole number from 1"),
+    Bad("n: 2}", "n: true}", 16, 66, "steps[2].cycle.n: found true, allowed a whole number"),
+    Bad("noise: off", "noise: loud", 11, 27, "log.noise: found 'loud', allowed on or off"),
+    Bad("[C]", "C", 16, 19, "steps[2].cycle.axes: found 'C', allowed a list of axes"),
+    Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C and W, each once"),
+    Bad("{for: 10 s}", "10 s", 17, 11, "steps[3].hold: found '10 s', allowed a mapping of fields: for, tag"),
+    Bad(
+        '{strain: "${pre}"}', '"${pre}"', 15, 27, "steps[1].ramp.to: found 0.2, allowed a target, such as {strain: 0.4}"
+    ),
+    Bad(
+        '{strain: "${pre}"}',
+        '{strain: "${pre}", displacement: 1 mm}',
+        15,
+        27,
+        "steps[1].ramp.to: found a mapping, allowed either a strain or",
+    ),
+    Bad("others:", "name: a/b\nothers:", 10, 7, "name: found a/b, allowed up to 64 letters"),
+    # Words that are not among the known ones
+    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook (did you mean biaxial-hook?)"),
+    Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
+    Bad("others: hold", "others: free", 10, 9, "others: found 'free', allowed hold (free is not available yet)"),
+    Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
+    Bad("[C]", "[P]", 16, 20, "steps[2].cycle.axes[0]: found 'P', allowed C or W (P is not available yet)"),
+    Bad("RGD8530-DM", "RGD8350-DM", 7, 13, "specimen.material: found RGD8350-DM, allowed"),
+    Bad("plain-knit", "plainknit", 4, 9, "specimen.knit: found plainknit, allowed one of stockinette-default"),
+    Bad("hold: {", "hodl: {", 17, 5, "steps[3]: found step 'hodl', allowed a step: zero, preload"),
+    Bad("hold: {", "until_rupture: {", 17, 5, "(until_rupture is not available yet)"),
+    Bad("- hold: {for: 10 s}", "- hold", 17, 5, "steps[3]: found 'hold', allowed a step"),
+    Bad("friction: 0.3", "hook: wire", 8, 9, "specimen.hook: found 'wire', allowed pin (wire is not available yet)"),
+    # Stitch values
+    Bad("plain-knit", STITCH.replace("0.05}", "-0.05}"), 4, 85, "specimen.knit.fibre_radius: found -0.05, allowed"),
+    Bad("plain-knit", STITCH.replace("0.05}", "1 s}"), 4, 85, "found '1 s', allowed a number of loop widths"),
+    Bad("plain-knit", STITCH.replace("1.5", "12 mm"), 4, 21, "specimen.knit.curvature: found a length, allowed a pure"),
+    Bad("plain-knit", "{curvature: 1.5}", 4, 9, "specimen.knit.height: found nothing, allowed a number of loop"),
+    # Parameters
+    Bad("{pre: 0.2}", "{per: 0.2}", 15, 36, "found '${pre}', allowed a name under params: per (did you mean per?)"),
+    Bad('"${pre}"', '"${pre} %"', 15, 36, "found '${pre} %', allowed a whole value such as ${name}"),
+    Bad('"${pre}"', "0.2", 12, 10, "params.pre: found no use of it, allowed a use as ${pre}"),
+    Bad("{pre: 0.2}", "{pre: [0, 1]}", 12, 15, "params.pre: found a list, allowed a number or a text"),
+    Bad("{pre: 0.2}", "{pre: 20 mm}", 15, 36, "steps[1].ramp.to.strain: found '20 mm', allowed a strain"),
+    # YAML itself
+    Bad("rig: biaxial-hook", "rig: [biaxial", 3, 9, "protocol: found "),
+    Bad(
+        "friction: 0.3", "material: IP-Dip", 8, 3, "specimen.material: found the same key again, allowed each key once"
+    ),
+    Bad("rig: ", "rig: !!str ", 2, 6, "rig: found tag tag:yaml.org,2002:str, allowed plain values without tags"),
+    Bad("rig: ", "rig: !python/object:os.system ", 2, 6, "allowed plain values without tags"),
+    Bad("others: hold", "others: *x", 10, 9, "others: found *x, allowed an alias to an anchor that is complete"),
+    Bad("others: hold", "others: &x [*x]", 10, 13, "allowed an alias to an anchor that is complete"),
+    Bad("others: hold", "? [a]\n: 1", 10, 3, "found a key that is not plain text"),
+    Bad("others: hold", "others: " + "[" * 40 + "]" * 40, 10, 33, "others: found deeper nesting, allowed 24 levels"),
+    Bad("rig: b", "\trig: b", 2, 1, "protocol: found "),
+    Bad("  - hold: {for: 10 s}\n", "---\na: 1\n", 17, 1, "found a second document, allowed one document"),
+]
+
+
+def error_of(text: str) -> ProtocolError:
+    with pytest.raises(ProtocolError) as raised:
+        loads(text, "p.yaml")
+    return raised.value
+
+
+def test_the_text_that_is_spoilt_is_good() -> None:
+    protocol = from_yaml(GOOD)
+    assert protocol.specimen.loop_width == 8e-3
+    assert (protocol.specimen.rows, protocol.specimen.loops) == (4, 5)
+    zero, ramp, cycle, _ = protocol.steps
+    assert isinstance(zero, Zero)
+    assert isinstance(ramp, Ramp)
+    assert ramp.to.value == 0.2
+    assert isinstance(cycle, Cycle)
+    assert (cycle.upper, cycle.rate) == (0.4, 2e-4)
+
+
+@pytest.mark.parametrize("bad", BAD, ids=lambda bad: bad.says[:50])
+def test_a_bad_protocol_is_one_line_with_its_place(bad: Bad) -> None:
+    assert GOOD.count(bad.old) >= 1
+    line = str(error_of(GOOD.replace(bad.old, bad.new, 1)))
+    assert line.startswith(f"p.yaml:{bad.line}:{bad.column}: ")
+    assert bad.says in line
+    assert ", allowed " in line
+    assert "\n" not in line
+
+
+def test_there_are_many_ways_to_be_wrong() -> None:
+    assert len(BAD) >= 30
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "- 1\n", "42\n"])
+def test_what_is_no_mapping_is_refused(text: str) -> None:
+    assert "allowed a mapping of fields: schema, name, rig" in str(error_of(text))
+
+
+def test_the_first_of_several_errors_is_named() -> None:
+    text = GOOD.replace("others: hold", "others: free").replace("loop: 8 mm", "loop: 8 s")
+    assert error_of(text).spot.line == 6
+
+
+def test_aliases_are_counted_out_before_they_are_followed() -> None:
+    lines = ["a: &a [" + ", ".join("x" * 9) + "]"]
+    lines += [
+        f"{name}: &{name} [{', '.join([f'*{last}'] * 9)}]" for last, name in zip("abcdefgh", "bcdefghi", strict=True)
+    ]
+    assert "20000 values or fewer" in str(error_of("\n".join(lines)))
+
+
+def test_an_alias_stands_for_its_value() -> None:
+    text = GOOD.replace("- cycle: {", "- cycle: &c {").replace("- hold: {for: 10 s}", "- cycle: *c")
+    steps = from_yaml(text).steps
+    assert steps[2] == steps[3]
+
+
+def test_control_characters_never_reach_the_terminal() -> None:
+    line = str(error_of(GOOD + '"\\e[31mred\\e[0m": 1\n'))
+    assert line.isprintable()
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
+    for path, content, says in (
+        (tmp_path / "none.yaml", None, "no such file or directory"),
+        (tmp_path, None, "is a directory"),
+        (
+            tmp_path / "latin.yaml",
+            b"rig: a\nname: caf\xe9\n",
+            "latin.yaml:2:10: protocol: found byte 0xe9, allowed text",
+        ),
+        (tmp_path / "large.yaml", b"#" * 1_000_001, "1000000 bytes or fewer"),
+        (tmp_path / "null.yaml", b"rig: \x00\n", "protocol: found "),
+    ):
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(ProtocolError) as raised:
+            load(path)
+        line = str(raised.value)
+        assert line.startswith(str(path))
+        assert says in line
+        assert "\n" not in line
+
+
+def test_a_protocol_without_a_name_takes_its_files(tmp_path: Path) -> None:
+    path = tmp_path / "first.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    assert load(path).protocol.name == "first"
+    assert load(path).text == GOOD
+
+
+def test_stitch_values_may_be_loop_widths_or_lengths() -> None:
+    text = GOOD.replace("plain-knit", STITCH.replace("fibre_radius: 0.05", "fibre_radius: 0.4 mm"))
+    knit = from_yaml(text).specimen.knit
+    assert isinstance(knit, Stitch)
+    assert knit.fibre_radius == pytest.approx(0.05)
+    assert knit.height == 0.8
+
+
+@pytest.mark.parametrize(
+    ("field", "line", "column"),
+    [("specimen.loops", 5, 10), ("rows", 5, 10), ("specimen.knit", 4, 9), ("clearance", 4, 9), ("log.rate", 11, 13)],
+)
+def test_an_error_found_later_is_placed(field: str, line: int, column: int) -> None:
+    error = loads(GOOD, "p.yaml").locate(GeometryError(field, "strands 0.1 mm apart", "more than 0.8 mm"))
+    assert str(error).startswith(f"p.yaml:{line}:{column}: ")
+    assert "found strands 0.1 mm apart, allowed more than 0.8 mm" in str(error)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_examples_read_back(path: Path) -> None:
+    protocol = load(path).protocol
+    assert from_yaml(to_yaml(protocol)) == protocol
+    assert protocol.name == path.stem
+
+
+def test_the_published_schema_knows_every_step() -> None:
+    schema = json_schema()
+    text = json.dumps(schema)
+    assert schema["required"] == ["schema", "rig", "specimen", "speed_ref", "others", "steps"]
+    for step in ("zero", "preload", "ramp", "hold", "cycle", "repeat"):
+        assert f'"required": ["{step}"]' in text

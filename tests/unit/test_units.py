@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.units import Dimension, parse, registry, write
+from knitlab_core.errors import UnitError
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("8 mm", "length", 8e-3),
+        ("8mm", "length", 8e-3),
+        ("50 µm", "length", 50e-6),
+        ("50 um", "length", 50e-6),
+        ("0.2 mm/s", "speed", 2e-4),
+        ("12 mm/min", "speed", 2e-4),
+        ("50 mN", "force", 0.05),
+        ("1 kg*m/s^2", "force", 1.0),
+        ("2 min", "time", 120.0),
+        ("10 Hz", "frequency", 10.0),
+        ("40 %", "strain", 0.4),
+        ("1 mm/m", "strain", 1e-3),
+        (0.4, "strain", 0.4),
+        (0, "strain", 0.0),
+    ],
+)
+def test_quantities_become_si(text: object, dimension: Dimension, value: float) -> None:
+    assert parse(text, dimension) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension"),
+    [
+        (8, "length"),
+        ("8", "length"),
+        ("8 s", "length"),
+        ("mm", "length"),
+        ("8 parsnips", "length"),
+        ("8 mm mm", "length"),
+        ("inf mm", "length"),
+        ("1e400 m", "length"),
+        ("9**9**9 mm", "length"),
+        ("8 m**9**9", "length"),
+        ("(8) mm", "length"),
+        ("8 mm" + " " * 200, "length"),
+        ("20 degC", "length"),
+        ("600 rpm", "frequency"),
+        ("10 deg", "strain"),
+        ("0.4", "strain"),
+        (True, "strain"),
+        (float("nan"), "strain"),
+        (None, "strain"),
+    ],
+)
+def test_anything_else_is_refused(text: object, dimension: Dimension) -> None:
+    with pytest.raises(UnitError, match=r"^rate: found .*, allowed a "):
+        parse(text, dimension, "rate")
+
+
+@settings(deadline=None)
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(["length", "speed", "time", "force"]))
+def test_what_is_written_reads_back_to_the_last_bit(value: float, dimension: Dimension) -> None:
+    if abs(value) < 1e300:
+        assert parse(write(value, dimension), dimension) == value
+
+
+def test_there_is_one_registry() -> None:
+    assert registry() is registry()
