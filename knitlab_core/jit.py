@@ -43,6 +43,10 @@ _FOLDER: Final = re.compile(r"kernels-[0-9a-f]{16}")
 _defined: list[str] = []
 _settings: Final[Any] = numba.config
 
+# Straight-line code on 4 x 4 blocks becomes vector code: the factor takes half the time. It is read
+# when a kernel is first called, so it cannot be set around a decorator.
+_settings.SLP_VECTORIZE = 1
+
 
 def user_cache_directory(environment: Mapping[str, str], system: str) -> Path:
     """Return the folder in which knitlab may keep what it can compute again.

@@ -1,0 +1,1 @@
+"""Contact and friction between strands, as a line potential over smooth centrelines."""

@@ -8,13 +8,14 @@ mu load Huber(|carried + slip|; eps), a spring up to eps and mu load beyond it.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knitlab_core.contact.law import pair_potential
+from knitlab_core.arrays import FloatArray
+from knitlab_core.contact.law import ContactLaw, pair_potential
+from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.samples import Samples
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.vectors import add, combine, dot, norm, row, scale, sub
-
-FloatArray = NDArray[np.float64]
+from knitlab_core.rods.blocks import Pattern
+from knitlab_core.rods.vectors import Vector, add, combine, dot, norm, row, scale, sub
 
 
 class PairState(NamedTuple):
@@ -37,19 +38,19 @@ class PairState(NamedTuple):
 
 
 @inline_kernel
-def _tangential(v, n):
+def _tangential(v: Vector, n: Vector) -> Vector:
     return combine(1.0, v, -dot(v, n), n)
 
 
 @inline_kernel
-def elastic_slip(p, a, b, points, base, state):
+def elastic_slip(p: int, a: int, b: int, points: FloatArray, base: FloatArray, state: PairState) -> Vector:
     """Carried slip plus the slip since the last equilibrium, across the lagged normal."""
     moved = sub(sub(row(points, a), row(points, b)), sub(row(base, a), row(base, b)))
     return _tangential(add(row(state.carried, p), moved), row(state.normal, p))
 
 
 @kernel
-def lag(points, candidates, lengths, law, state):
+def lag(points: FloatArray, candidates: Candidates, lengths: FloatArray, law: ContactLaw, state: PairState) -> int:
     """Take normal loads and directions of the present configuration into `state`; count contacts."""
     m = points.shape[0] // lengths.size
     contacts = 0
@@ -70,7 +71,9 @@ def lag(points, candidates, lengths, law, state):
 
 
 @kernel
-def contact_energy(points, base, candidates, lengths, law, state):
+def contact_energy(
+    points: FloatArray, base: FloatArray, candidates: Candidates, lengths: FloatArray, law: ContactLaw, state: PairState
+) -> tuple[float, float]:
     """Return normal and frictional energy [E r^3]; infinite where cores overlap."""
     m = points.shape[0] // lengths.size
     normal, friction = 0.0, 0.0
@@ -86,16 +89,15 @@ def contact_energy(points, base, candidates, lengths, law, state):
             normal += energy * lengths[a // m] * lengths[b // m]
         if law.friction > 0.0 and state.load[p] > 0.0:
             s = norm(elastic_slip(p, a, b, points, base, state))
-            if s < law.slip:
-                huber = 0.5 * s * s / law.slip
-            else:
-                huber = s - 0.5 * law.slip
+            huber = 0.5 * s * s / law.slip if s < law.slip else s - 0.5 * law.slip
             friction += law.friction * state.load[p] * huber
     return normal, friction
 
 
 @inline_kernel
-def _friction_force(p, a, b, points, base, law, state):
+def _friction_force(
+    p: int, a: int, b: int, points: FloatArray, base: FloatArray, law: ContactLaw, state: PairState
+) -> Vector:
     """Return the gradient of a pair's friction potential in the relative position."""
     u = elastic_slip(p, a, b, points, base, state)
     s = norm(u)
@@ -103,7 +105,15 @@ def _friction_force(p, a, b, points, base, law, state):
 
 
 @kernel
-def contact_gradient(points, base, candidates, samples, law, state, gradient):
+def contact_gradient(
+    points: FloatArray,
+    base: FloatArray,
+    candidates: Candidates,
+    samples: Samples,
+    law: ContactLaw,
+    state: PairState,
+    gradient: FloatArray,
+) -> float:
     """Add contact and friction forces to `gradient` (N, 4) [E r^2]; return the sum of loads."""
     w = samples.weights
     m = w.shape[0]
@@ -134,7 +144,17 @@ def contact_gradient(points, base, candidates, samples, law, state, gradient):
 
 
 @inline_kernel
-def _stiffness(p, a, b, points, base, weight, law, exact, state):
+def _stiffness(
+    p: int,
+    a: int,
+    b: int,
+    points: FloatArray,
+    base: FloatArray,
+    weight: float,
+    law: ContactLaw,
+    exact: float,
+    state: PairState,
+) -> tuple[float, float, float, float, float, float]:
     """Return the six entries (xx, yy, zz, yz, xz, xy) of a pair's 3 x 3 Hessian."""
     r = sub(row(points, a), row(points, b))
     d2 = dot(r, r)
@@ -172,7 +192,7 @@ def _stiffness(p, a, b, points, base, weight, law, exact, state):
 
 
 @inline_kernel
-def _scatter(blocks, b, s, acc, k):
+def _scatter(blocks: FloatArray, b: int, s: float, acc: FloatArray, k: int) -> None:
     xx, yy, zz = s * acc[k, 0], s * acc[k, 1], s * acc[k, 2]
     yz, xz, xy = s * acc[k, 3], s * acc[k, 4], s * acc[k, 5]
     blocks[b, 0, 0] += xx
@@ -187,7 +207,7 @@ def _scatter(blocks, b, s, acc, k):
 
 
 @inline_kernel
-def _scatter_span(i, n, acc, pattern, blocks):
+def _scatter_span(i: int, n: int, acc: FloatArray, pattern: Pattern, blocks: FloatArray) -> None:
     _scatter(blocks, pattern.diagonal[i - 1], 1.0, acc, n)
     _scatter(blocks, pattern.below[i], 1.0, acc, n + 1)
     _scatter(blocks, pattern.diagonal[i], 1.0, acc, n + 2)
@@ -197,7 +217,9 @@ def _scatter_span(i, n, acc, pattern, blocks):
 
 
 @inline_kernel
-def gather_pair(acc, w, ka, kb, h):
+def gather_pair(
+    acc: FloatArray, w: FloatArray, ka: int, kb: int, h: tuple[float, float, float, float, float, float]
+) -> None:
     """Add a pair's six entries to the 21 node pairs of its span pair, with the nodes' weights."""
     n = 0
     for r in range(3):
@@ -217,7 +239,7 @@ def gather_pair(acc, w, ka, kb, h):
 
 
 @inline_kernel
-def scatter_pair(acc, i, j, s, pattern, blocks):
+def scatter_pair(acc: FloatArray, i: int, j: int, s: int, pattern: Pattern, blocks: FloatArray) -> None:
     """Add what `gather_pair` gathered to the blocks of spans i, j and of span pair s."""
     _scatter_span(i, 0, acc, pattern, blocks)
     _scatter_span(j, 6, acc, pattern, blocks)
@@ -226,7 +248,17 @@ def scatter_pair(acc, i, j, s, pattern, blocks):
 
 
 @kernel
-def contact_hessian(points, base, candidates, samples, law, exact, state, pattern, blocks):
+def contact_hessian(
+    points: FloatArray,
+    base: FloatArray,
+    candidates: Candidates,
+    samples: Samples,
+    law: ContactLaw,
+    exact: float,
+    state: PairState,
+    pattern: Pattern,
+    blocks: FloatArray,
+) -> None:
     """Add the Hessian of contact and friction to the node blocks.
 
     Parameters

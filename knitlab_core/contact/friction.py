@@ -3,17 +3,14 @@
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.contact.forces import PairState, elastic_slip
 from knitlab_core.contact.law import ContactLaw, pair_potential
 from knitlab_core.contact.neighbours import Candidates
 from knitlab_core.contact.samples import Samples
 from knitlab_core.jit import kernel
 from knitlab_core.rods.vectors import add, dot, norm, row, scale, sub
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 
 class Memory(NamedTuple):

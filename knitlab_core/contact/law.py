@@ -12,8 +12,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel
 
 
@@ -37,9 +37,7 @@ class ContactLaw(NamedTuple):
     exclusion: float
 
 
-def make_law(
-    poisson_ratio: float, friction: float, *, onset: float = 0.04, slip: float = 0.02
-) -> ContactLaw:
+def make_law(poisson_ratio: float, friction: float, *, onset: float = 0.04, slip: float = 0.02) -> ContactLaw:
     """Make the contact law of like fibres of unit radius and modulus."""
     effective_modulus = 0.5 / (1.0 - poisson_ratio**2)
     return ContactLaw(
@@ -55,7 +53,7 @@ def make_law(
 
 
 @inline_kernel
-def pair_potential(p, law):
+def pair_potential(p: float, law: ContactLaw) -> tuple[float, float, float]:
     """Return psi, psi' and psi'' at overlap p > -onset.
 
     psi = c f(p) b(p) with f = p^(3/2) from p = onset on and the cubic
@@ -84,7 +82,7 @@ def pair_potential(p, law):
     return c * f * b, c * (f1 * b + f * b1), c * (f2 * b + 2.0 * f1 * b1 + f * b2)
 
 
-def sample_weights(m: int) -> NDArray[np.float64]:
+def sample_weights(m: int) -> FloatArray:
     """Weights (m, 3) of a span's three nodes at its m midpoint-rule samples.
 
     Uniform quadratic B-spline: (1 - u)^2 / 2, 1/2 + u (1 - u), u^2 / 2.

@@ -4,21 +4,21 @@ A candidate list is valid as long as no two samples have approached by more than
 its skin. Never all pairs.
 """
 
-from math import floor
+from math import floor, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.contact.law import ContactLaw
 from knitlab_core.contact.samples import Samples, sample_point
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.vectors import dot, norm, row, sub
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
+from knitlab_core.rods.vectors import Vector, combine, dot, norm, row, sub
 
 MAX_CELLS = 4_000_000
+
+
+Cells = tuple[FloatArray, float, IndexArray, IndexArray, IndexArray, IndexArray]
 
 
 class Candidates(NamedTuple):
@@ -36,32 +36,40 @@ class Candidates(NamedTuple):
 
 
 @kernel
-def _span_balls(q, spans, centre):
+def _span_balls(q: FloatArray, spans: IndexArray, centre: FloatArray) -> float:
     """Fill centres (M, 3) of the spans and return the largest radius of their balls."""
     largest = 0.0
     for s in range(spans.size):
         i = spans[s]
-        l, x, n = row(q, i - 1), row(q, i), row(q, i + 1)
+        a, x, b = row(q, i - 1), row(q, i), row(q, i + 1)
         for c in range(3):
-            centre[s, c] = (l[c] + 6.0 * x[c] + n[c]) / 8.0
+            centre[s, c] = (a[c] + 6.0 * x[c] + b[c]) / 8.0
         mid = row(centre, s)
         for p in (
             x,
-            ((l[0] + x[0]) / 2, (l[1] + x[1]) / 2, (l[2] + x[2]) / 2),
-            ((n[0] + x[0]) / 2, (n[1] + x[1]) / 2, (n[2] + x[2]) / 2),
+            combine(0.5, a, 0.5, x),
+            combine(0.5, b, 0.5, x),
         ):
             largest = max(largest, norm(sub(p, mid)))
     return largest
 
 
 @kernel
-def _sort_cells(centre, low, cell, dims, cell_of, first, order):
+def _sort_cells(
+    centre: FloatArray,
+    low: FloatArray,
+    cell: float,
+    dims: IndexArray,
+    cell_of: IndexArray,
+    first: IndexArray,
+    order: IndexArray,
+) -> None:
     """Sort spans by cell (counting sort): fill `cell_of`, `first` and `order`."""
     first[:] = 0
     for s in range(centre.shape[0]):
         k = 0
         for c in range(3):
-            k = k * dims[c] + int(floor((centre[s, c] - low[c]) / cell))
+            k = k * dims[c] + floor((centre[s, c] - low[c]) / cell)
         cell_of[s] = k
         first[k + 1] += 1
     for k in range(first.size - 1):
@@ -72,13 +80,28 @@ def _sort_cells(centre, low, cell, dims, cell_of, first, order):
 
 
 @inline_kernel
-def _count_samples(q, samples, i, j, reach2, exclusion, a, b, at):
+def _count_samples(
+    q: FloatArray,
+    samples: Samples,
+    i: int,
+    j: int,
+    centre: Vector,
+    ball2: float,
+    reach2: float,
+    exclusion: float,
+    a: IndexArray,
+    b: IndexArray,
+    at: int,
+) -> int:
     """Count the sample pairs of two spans within reach; write them from `at` when it is >= 0."""
     m = samples.weights.shape[0]
     same = samples.strand[i] == samples.strand[j]
     count = 0
     for k in range(m):
         x = sample_point(q, i, samples.weights, k)
+        away = sub(x, centre)
+        if dot(away, away) > ball2:
+            continue
         arc_k = samples.arc[i] + ((k + 0.5) / m - 0.5) * samples.length[i] * m
         for n in range(m):
             if same:
@@ -95,7 +118,17 @@ def _count_samples(q, samples, i, j, reach2, exclusion, a, b, at):
 
 
 @kernel
-def _find(q, samples, centre, cells, ball, reach, exclusion, fill, out):
+def _find(
+    q: FloatArray,
+    samples: Samples,
+    centre: FloatArray,
+    cells: Cells,
+    ball: float,
+    reach: float,
+    exclusion: float,
+    fill: bool,
+    out: Candidates,
+) -> tuple[int, int]:
     """Visit neighbouring cells; return the number of span pairs and of sample pairs.
 
     `cells` is (low, cell, dims, cell_of, first, order); `out` is written if `fill`.
@@ -125,7 +158,17 @@ def _find(q, samples, centre, cells, ball, reach, exclusion, fill, out):
                             continue
                         at = pairs if fill else -1
                         n = _count_samples(
-                            q, samples, i, j, reach * reach, exclusion, out.a, out.b, at
+                            q,
+                            samples,
+                            i,
+                            j,
+                            row(centre, t),
+                            (reach + ball) ** 2,
+                            reach * reach,
+                            exclusion,
+                            out.a,
+                            out.b,
+                            at,
                         )
                         if n > 0:
                             if fill:
@@ -186,7 +229,9 @@ def find_candidates(q: FloatArray, samples: Samples, law: ContactLaw, skin: floa
 
 
 @kernel
-def largest_fraction(points, moves, candidates, law, share):
+def largest_fraction(
+    points: FloatArray, moves: FloatArray, candidates: Candidates, law: ContactLaw, share: float
+) -> float:
     """Return the largest fraction of a move that uses at most `share` of any pair's room.
 
     The room of a pair is the distance of its samples less that of touching
@@ -204,16 +249,37 @@ def largest_fraction(points, moves, candidates, law, share):
     return fraction
 
 
-def affine_rest(x: FloatArray, dx: FloatArray) -> tuple[float, float]:
-    """Fit dx = A x + c by least squares; return the largest leftover and the size of A.
+@kernel
+def _largest_motion(dx: FloatArray) -> float:
+    """Return the largest length of the rows' first three entries."""
+    largest = 0.0
+    for i in range(dx.shape[0]):
+        largest = max(largest, dx[i, 0] ** 2 + dx[i, 1] ** 2 + dx[i, 2] ** 2)
+    return sqrt(largest)
 
-    A uniform stretch brings no strands together beyond its strain, so the skin
-    need only cover what is left over.
+
+def largest_approach(x: FloatArray, dx: FloatArray, reach: float, enough: float) -> float:
+    """Bound by how much any two strands within `reach` approach when nodes move by `dx`.
+
+    A uniform stretch brings no strands together beyond its strain, so motions
+    too large to be harmless are split by least squares into dx = A x + c and a rest.
+
+    Parameters
+    ----------
+    x, dx : (N, 3+) arrays
+        Positions and motions [r].
+    reach : float
+        Distance up to which strands matter [r].
+    enough : float
+        A bound below this need not be sharpened [r].
     """
-    centred = x - x.mean(axis=0)
-    moved = dx - dx.mean(axis=0)
+    simple = 2.0 * _largest_motion(dx)
+    if simple <= enough:
+        return float(simple)
+    centred = x[:, :3] - x[:, :3].mean(axis=0)
+    moved = dx[:, :3] - dx[:, :3].mean(axis=0)
     # The unit added keeps flat and straight specimens regular.
     moment = centred.T @ centred + len(x) * np.eye(3)
     gradient = np.linalg.solve(moment, centred.T @ moved)
     rest = moved - centred @ gradient
-    return float(np.sqrt((rest * rest).sum(axis=1).max())), float(np.linalg.norm(gradient))
+    return float(2.0 * _largest_motion(rest) + np.linalg.norm(gradient) * reach)

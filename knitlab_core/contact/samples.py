@@ -7,10 +7,9 @@ to the middle of edge i; it carries m samples, each a fixed material point.
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.jit import inline_kernel, kernel
+from knitlab_core.rods.vectors import Vector
 
 
 class Samples(NamedTuple):
@@ -21,15 +20,15 @@ class Samples(NamedTuple):
     node; `arc`: (N,) rest arc length at a node.
     """
 
-    spans: NDArray[np.int64]
-    weights: NDArray[np.float64]
-    length: NDArray[np.float64]
-    strand: NDArray[np.int64]
-    arc: NDArray[np.float64]
+    spans: IndexArray
+    weights: FloatArray
+    length: FloatArray
+    strand: IndexArray
+    arc: FloatArray
 
 
 @inline_kernel
-def sample_point(q, i, w, k):
+def sample_point(q: FloatArray, i: int, w: FloatArray, k: int) -> Vector:
     """Return the position of sample k of span i."""
     a, b, c = w[k, 0], w[k, 1], w[k, 2]
     return (
@@ -40,7 +39,7 @@ def sample_point(q, i, w, k):
 
 
 @kernel
-def sample_points(q, samples, points):
+def sample_points(q: FloatArray, samples: Samples, points: FloatArray) -> None:
     """Fill `points` (N m, 3) with the samples of all spans; others stay untouched."""
     m = samples.weights.shape[0]
     for i in samples.spans:

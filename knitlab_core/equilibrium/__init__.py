@@ -1,0 +1,1 @@
+"""From equilibrium to equilibrium: stiffness, linear solver, Newton, march."""

@@ -7,17 +7,20 @@ found at the first pivot that is not positive, and the work stops there.
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.ordering import Factorisation, analyse
-from knitlab_core.equilibrium.pattern import Pattern
 from knitlab_core.jit import inline_kernel, kernel
+from knitlab_core.rods.blocks import Pattern
 
-FloatArray = NDArray[np.float64]
+Block = tuple[
+    float, float, float, float, float, float, float, float,
+    float, float, float, float, float, float, float, float,
+]  # fmt: skip
 
 
 @inline_kernel
-def _subtract_product(work, i, factor, b, m):
+def _subtract_product(work: FloatArray, i: int, factor: FloatArray, b: int, m: Block) -> None:
     """Subtract block b of the factor times the 4 x 4 matrix `m` (16 floats) from work[i]."""
     for r in range(4):
         x, y, z, w = factor[b, r, 0], factor[b, r, 1], factor[b, r, 2], factor[b, r, 3]
@@ -28,7 +31,7 @@ def _subtract_product(work, i, factor, b, m):
 
 
 @inline_kernel
-def _transposed(a, b):
+def _transposed(a: FloatArray, b: int) -> Block:
     """Return block b of an array of blocks, transposed, as 16 floats."""
     return (
         a[b, 0, 0], a[b, 1, 0], a[b, 2, 0], a[b, 3, 0],
@@ -39,7 +42,7 @@ def _transposed(a, b):
 
 
 @inline_kernel
-def _factor_diagonal(work, k, diagonal):
+def _factor_diagonal(work: FloatArray, k: int, diagonal: FloatArray) -> float:
     """Factor work[k] into the lower triangle of diagonal[k]; return the smallest pivot ratio."""
     worst = 1.0
     for r in range(4):
@@ -58,7 +61,9 @@ def _factor_diagonal(work, k, diagonal):
 
 
 @kernel
-def _factor(plan, blocks, shift, work, diagonal, factor):
+def _factor(
+    plan: Factorisation, blocks: FloatArray, shift: float, work: FloatArray, diagonal: FloatArray, factor: FloatArray
+) -> int:
     """Fill the factor; return the column whose pivot is not positive, or -1."""
     n = plan.place.size
     # Column j waits in the list of the next row it has to update.
@@ -66,9 +71,14 @@ def _factor(plan, blocks, shift, work, diagonal, factor):
     link = np.full(n, -1)
     at = plan.start[:-1].copy()
     for k in range(n):
-        work[k] = 0.0
+        for r in range(4):
+            for c in range(4):
+                work[k, r, c] = 0.0
         for p in range(plan.start[k], plan.start[k + 1]):
-            work[plan.row[p]] = 0.0
+            i = plan.row[p]
+            for r in range(4):
+                for c in range(4):
+                    work[i, r, c] = 0.0
         for p in range(plan.source_start[k], plan.source_start[k + 1]):
             i, b = plan.source_row[p], plan.source[p]
             for r in range(4):
@@ -113,38 +123,42 @@ def _factor(plan, blocks, shift, work, diagonal, factor):
 
 
 @kernel
-def _solve(plan, diagonal, factor, b, y, x):
+def _solve(
+    plan: Factorisation, diagonal: FloatArray, factor: FloatArray, b: FloatArray, y: FloatArray, x: FloatArray
+) -> None:
     """Fill x (N, 4) so that K x = b."""
     n = plan.place.size
     for i in range(n):
         for r in range(4):
             y[plan.place[i], r] = b[i, r]
     for k in range(n):
-        for r in range(4):
-            s = y[k, r]
-            for c in range(r):
-                s -= diagonal[k, r, c] * y[k, c]
-            y[k, r] = s / diagonal[k, r, r]
+        d = diagonal[k]
+        y0 = y[k, 0] / d[0, 0]
+        y1 = (y[k, 1] - d[1, 0] * y0) / d[1, 1]
+        y2 = (y[k, 2] - d[2, 0] * y0 - d[2, 1] * y1) / d[2, 2]
+        y3 = (y[k, 3] - d[3, 0] * y0 - d[3, 1] * y1 - d[3, 2] * y2) / d[3, 3]
+        y[k, 0], y[k, 1], y[k, 2], y[k, 3] = y0, y1, y2, y3
         for p in range(plan.start[k], plan.start[k + 1]):
-            i = plan.row[p]
-            for r in range(4):
-                s = 0.0
-                for c in range(4):
-                    s += factor[p, r, c] * y[k, c]
-                y[i, r] -= s
+            f, t = factor[p], y[plan.row[p]]
+            t[0] -= f[0, 0] * y0 + f[0, 1] * y1 + f[0, 2] * y2 + f[0, 3] * y3
+            t[1] -= f[1, 0] * y0 + f[1, 1] * y1 + f[1, 2] * y2 + f[1, 3] * y3
+            t[2] -= f[2, 0] * y0 + f[2, 1] * y1 + f[2, 2] * y2 + f[2, 3] * y3
+            t[3] -= f[3, 0] * y0 + f[3, 1] * y1 + f[3, 2] * y2 + f[3, 3] * y3
     for k in range(n - 1, -1, -1):
+        y0, y1, y2, y3 = y[k, 0], y[k, 1], y[k, 2], y[k, 3]
         for p in range(plan.start[k], plan.start[k + 1]):
-            i = plan.row[p]
-            for c in range(4):
-                s = 0.0
-                for r in range(4):
-                    s += factor[p, r, c] * y[i, r]
-                y[k, c] -= s
-        for r in range(3, -1, -1):
-            s = y[k, r]
-            for c in range(r + 1, 4):
-                s -= diagonal[k, c, r] * y[k, c]
-            y[k, r] = s / diagonal[k, r, r]
+            f, t = factor[p], y[plan.row[p]]
+            t0, t1, t2, t3 = t[0], t[1], t[2], t[3]
+            y0 -= f[0, 0] * t0 + f[1, 0] * t1 + f[2, 0] * t2 + f[3, 0] * t3
+            y1 -= f[0, 1] * t0 + f[1, 1] * t1 + f[2, 1] * t2 + f[3, 1] * t3
+            y2 -= f[0, 2] * t0 + f[1, 2] * t1 + f[2, 2] * t2 + f[3, 2] * t3
+            y3 -= f[0, 3] * t0 + f[1, 3] * t1 + f[2, 3] * t2 + f[3, 3] * t3
+        d = diagonal[k]
+        y3 = y3 / d[3, 3]
+        y2 = (y2 - d[3, 2] * y3) / d[2, 2]
+        y1 = (y1 - d[2, 1] * y2 - d[3, 1] * y3) / d[1, 1]
+        y0 = (y0 - d[1, 0] * y1 - d[2, 0] * y2 - d[3, 0] * y3) / d[0, 0]
+        y[k, 0], y[k, 1], y[k, 2], y[k, 3] = y0, y1, y2, y3
     for i in range(n):
         for r in range(4):
             x[i, r] = y[plan.place[i], r]
@@ -175,9 +189,7 @@ class BlockCholesky:
         shift : float
             Added to the diagonal.
         """
-        return bool(
-            _factor(self._plan, blocks, shift, self._work, self._diagonal, self._factor) < 0
-        )
+        return bool(_factor(self._plan, blocks, shift, self._work, self._diagonal, self._factor) < 0)
 
     def solve(self, b: FloatArray) -> FloatArray:
         """Return x (N, 4) with (K + shift I) x = b, for the last factored K."""

@@ -7,16 +7,13 @@ the rest. Without it Newton's iteration on friction only creeps.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from knitlab_core.arrays import FloatArray
 
 MAX_KRYLOV = 30
 
 
-def solve_coupled(
-    apply: Callable[[FloatArray], FloatArray], start: FloatArray, tolerance: float
-) -> FloatArray:
+def solve_coupled(apply: Callable[[FloatArray], FloatArray], start: FloatArray, tolerance: float) -> FloatArray:
     """Solve x + C x = b by GMRES without restart.
 
     Parameters
@@ -33,16 +30,16 @@ def solve_coupled(
         return start
     basis = [start / size]
     h = np.zeros((MAX_KRYLOV + 1, MAX_KRYLOV))
-    y = np.zeros(0)
+    y: FloatArray = np.zeros(0)
     for k in range(MAX_KRYLOV):
-        v = basis[k] + apply(basis[k])
+        v: FloatArray = basis[k] + apply(basis[k])
         for i in range(k + 1):
             h[i, k] = np.vdot(basis[i], v)
             v = v - h[i, k] * basis[i]
         h[k + 1, k] = np.linalg.norm(v)
         b = np.zeros(k + 2)
         b[0] = size
-        y = np.linalg.lstsq(h[: k + 2, : k + 1], b, rcond=None)[0]
+        y = np.asarray(np.linalg.lstsq(h[: k + 2, : k + 1], b, rcond=None)[0], dtype=np.float64)
         rest = np.linalg.norm(h[: k + 2, : k + 1] @ y - b)
         if rest <= tolerance * size or h[k + 1, k] <= 1e-14 * size:
             break

@@ -4,15 +4,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
-
-FloatArray = NDArray[np.float64]
 
 SMALLEST_STEP = 1.0 / 256.0
 """Shortest step tried before giving up, relative to the longest."""

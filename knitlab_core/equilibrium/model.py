@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
-from knitlab_core.rods.rod import Frames, Rods, make_rods
+from knitlab_core.rods.frames import Frames
+from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.units import Scales
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 SAMPLE_SPACING = 2.0 / 9.0
 """Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""

@@ -10,14 +10,14 @@ by the natural monotonicity test (Deuflhard 2004, section 3.3).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.coupled import solve_coupled
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.rods.frames import follow
-from knitlab_core.rods.rod import Frames
+from knitlab_core.rods.frames import Frames, follow
 
-FloatArray = NDArray[np.float64]
+COUPLED = 0.05
+"""Accuracy of a step where friction's loads are brought along."""
 
 FORCE_FLOOR = 1e-5
 """Smallest force by which residuals are judged [E r^2]."""
@@ -112,12 +112,11 @@ def _search_balance(
     q: FloatArray,
     frames: Frames,
     step: FloatArray,
-    residual: FloatArray,
+    size: float,
     fraction: float,
 ) -> float:
     """Shorten a step until the simplified Newton correction shrinks, at most to a sixteenth."""
     free = ~work.model.fixed
-    size = float(np.linalg.norm(work.solve(residual)))
     trial_frames = frames.copy()
     for _ in range(5):
         trial = q + fraction * step
@@ -184,13 +183,14 @@ def equilibrate(
         if not work.factor():
             return q, frames, gradient, report
         step = work.solve(-residual)
-        coupled = following and model.law.friction > 0.0 and contacts > 0
-        if coupled:
-            with work.clock("coupling"):
-                step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, 0.03)
-        fraction = work.room(q, step, options.room)
-        search = _search_balance if coupled else _search_energy
-        fraction = search(work, q, frames, step, residual, fraction)
+        if following and model.law.friction > 0.0 and contacts > 0:
+            size = float(np.linalg.norm(step))
+            step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
+            fraction = work.room(q, step, options.room)
+            fraction = _search_balance(work, q, frames, step, size, fraction)
+        else:
+            fraction = work.room(q, step, options.room)
+            fraction = _search_energy(work, q, frames, step, residual, fraction)
         if fraction == 0.0:
             return q, frames, gradient, report
         q = q + fraction * step

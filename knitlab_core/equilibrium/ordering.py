@@ -3,14 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from knitlab_core.equilibrium.pattern import Pattern
+from knitlab_core.arrays import BoolArray, IndexArray
 from knitlab_core.jit import kernel
-
-IndexArray = NDArray[np.int64]
+from knitlab_core.rods.blocks import Pattern
 
 
 class Factorisation(NamedTuple):
@@ -28,7 +26,7 @@ class Factorisation(NamedTuple):
     source_start: IndexArray
     source: IndexArray
     source_row: IndexArray
-    flipped: NDArray[np.bool_]
+    flipped: BoolArray
 
 
 def minimum_degree(pattern: Pattern) -> IndexArray:
@@ -53,7 +51,9 @@ def minimum_degree(pattern: Pattern) -> IndexArray:
 
 
 @kernel
-def _fill(n, first, rows, parent, start, row, write):
+def _fill(
+    n: int, first: IndexArray, rows: IndexArray, parent: IndexArray, start: IndexArray, row: IndexArray, write: bool
+) -> int:
     """Count or write the row structure of every column of L (row subtrees); return its size.
 
     `first`, `rows`: columns of the permuted lower triangle by *row*: for row k,
@@ -81,7 +81,7 @@ def _fill(n, first, rows, parent, start, row, write):
     if not write:
         for k in range(n):
             start[k + 1] += start[k]
-    return start[n]
+    return int(start[n])
 
 
 def _grouped(keys: IndexArray, n: int) -> tuple[IndexArray, IndexArray]:

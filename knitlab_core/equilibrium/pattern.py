@@ -1,30 +1,11 @@
 """Which pairs of nodes act on each other: the sparsity of the stiffness, in 4 x 4 blocks."""
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.neighbours import Candidates
 from knitlab_core.jit import kernel
-
-IndexArray = NDArray[np.int64]
-
-
-class Pattern(NamedTuple):
-    """Blocks (i, j), i >= j, of the lower triangle, sorted by column then row.
-
-    `rows`, `columns`: (B,) nodes of a block; `diagonal`, `below`, `below2`: (N,)
-    block of nodes (i, i), (i, i - 1), (i, i - 2); `across`: (S, 9) blocks of a
-    span pair, three nodes of b by three nodes of a.
-    """
-
-    rows: IndexArray
-    columns: IndexArray
-    diagonal: IndexArray
-    below: IndexArray
-    below2: IndexArray
-    across: IndexArray
+from knitlab_core.rods.blocks import Pattern
 
 
 def _across_keys(candidates: Candidates, n: int) -> IndexArray:
@@ -64,7 +45,7 @@ def update_pattern(pattern: Pattern, n: int, candidates: Candidates) -> Pattern 
 
 
 @kernel
-def fix_unknowns(pattern, fixed, blocks):
+def fix_unknowns(pattern: Pattern, fixed: BoolArray, blocks: FloatArray) -> None:
     """Make rows and columns of fixed unknowns those of the unit matrix."""
     for b in range(pattern.rows.size):
         i, j = pattern.rows[b], pattern.columns[b]
@@ -75,7 +56,7 @@ def fix_unknowns(pattern, fixed, blocks):
 
 
 @kernel
-def multiply(pattern, blocks, v, out):
+def multiply(pattern: Pattern, blocks: FloatArray, v: FloatArray, out: FloatArray) -> None:
     """Fill out = K v for vectors (N, 4)."""
     out[:] = 0.0
     for b in range(pattern.rows.size):

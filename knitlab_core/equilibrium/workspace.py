@@ -1,8 +1,8 @@
 """Everything an equilibrium search keeps between iterations: pairs, pattern, blocks, factor."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.forces import (
     PairState,
     contact_energy,
@@ -13,27 +13,24 @@ from knitlab_core.contact.forces import (
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.neighbours import (
     Candidates,
-    affine_rest,
     find_candidates,
+    largest_approach,
     largest_fraction,
 )
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import (
-    Pattern,
     fix_unknowns,
     make_pattern,
     multiply,
     update_pattern,
 )
 from knitlab_core.equilibrium.stopwatch import Stopwatch
+from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
-from knitlab_core.rods.frames import follow
-from knitlab_core.rods.rod import Frames
+from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.stiffness import rod_hessian
-
-FloatArray = NDArray[np.float64]
 
 SKIN = 1.0
 """Extra distance within which pairs are candidates [r]."""
@@ -96,8 +93,9 @@ class Workspace:
     def keep_listed(self, q: FloatArray) -> None:
         """List the pairs anew if any two strands may have approached by more than the skin."""
         with self.clock("neighbours"):
-            rest, size = affine_rest(self._listed, q[:, :3] - self._listed)
-        if 2.0 * rest + size * (self.model.law.distance + SKIN) > SKIN:
+            reach = self.model.law.distance + SKIN
+            approach = largest_approach(self._listed, q[:, :3] - self._listed, reach, SKIN)
+        if approach > SKIN:
             self._list_pairs(q)
 
     def _list_pairs(self, q: FloatArray) -> None:
@@ -150,9 +148,7 @@ class Workspace:
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
         model = self.model
-        normal, _ = contact_energy(
-            self.points, self.base, self.candidates, model.samples.length, model.law, self.pairs
-        )
+        normal, _ = contact_energy(self.points, self.base, self.candidates, model.samples.length, model.law, self.pairs)
         return np.array([*rod_energy(q, model.rods, frames), normal])
 
     def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
@@ -255,9 +251,9 @@ class Workspace:
         with self.clock("neighbours"):
             sample_points(step, model.samples, self._moves)
             part = largest_fraction(self.points, self._moves, self.candidates, model.law, share)
-            rest, size = affine_rest(q[:, :3], step[:, :3])
-            approach = 2.0 * rest + size * (model.law.distance + SKIN)
-        return min(part, (SKIN + model.law.overlap_limit) / max(approach, 1e-300))
+            limit = SKIN + model.law.overlap_limit
+            approach = largest_approach(q, step, model.law.distance + SKIN, limit)
+        return part if approach <= limit else min(part, limit / approach)
 
     def settle(self) -> tuple[Memory, float]:
         """Accept the placed samples as an equilibrium; return friction's memory and work."""

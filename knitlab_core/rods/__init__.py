@@ -1,0 +1,1 @@
+"""Discrete elastic rods: frames, rest shapes, energies and their derivatives."""

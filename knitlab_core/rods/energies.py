@@ -10,13 +10,15 @@ current configuration as the source of transport; `stiffness.py` has the Hessian
 
 import numpy as np
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.frames import curvature_binormal, material_curvature, material_directors
-from knitlab_core.rods.vectors import add, combine, cross, dot, row, scale
+from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
+from knitlab_core.rods.rod import Rods
+from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
 
 
 @kernel
-def rod_energy(q, rods, frames):
+def rod_energy(q: FloatArray, rods: Rods, frames: Frames) -> tuple[float, float, float]:
     """Return stretching, bending and twisting energy.
 
     Parameters
@@ -43,12 +45,8 @@ def rod_energy(q, rods, frames):
             stretch += 0.5 * rods.stretch_stiffness[i] * strain * strain * rest
         if rods.is_inner[i]:
             te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
-            m1e, m2e = material_directors(
-                te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3])
-            )
-            m1f, m2f = material_directors(
-                tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3])
-            )
+            m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
+            m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
             k1, k2 = material_curvature(curvature_binormal(te, tf), m1e, m2e, m1f, m2f)
             k1 -= rods.rest_curvature[i, 0]
             k2 -= rods.rest_curvature[i, 1]
@@ -59,13 +57,15 @@ def rod_energy(q, rods, frames):
 
 
 @inline_kernel
-def _add(gradient, i, s, v):
+def _add(gradient: FloatArray, i: int, s: float, v: Vector) -> None:
     for c in range(3):
         gradient[i, c] += s * v[c]
 
 
 @inline_kernel
-def curvature_slopes(k, s, te, tf, tt, chi, le, lf):
+def curvature_slopes(
+    k: float, s: Vector, te: Vector, tf: Vector, tt: Vector, chi: float, le: float, lf: float
+) -> tuple[Vector, Vector]:
     """Return dk/de and dk/df of k = kb . g, where s is the sum of the edges' directors."""
     gt = scale(1.0 / chi, s)
     de = scale(1.0 / le, combine(-k, tt, 1.0, cross(tf, gt)))
@@ -74,7 +74,7 @@ def curvature_slopes(k, s, te, tf, tt, chi, le, lf):
 
 
 @kernel
-def rod_gradient(q, rods, frames, gradient):
+def rod_gradient(q: FloatArray, rods: Rods, frames: Frames, gradient: FloatArray) -> None:
     """Add the gradient of the rods' energy to `gradient` (N, 4) [E r^2, E r^3]."""
     for i in range(q.shape[0]):
         if rods.has_edge[i]:
@@ -85,12 +85,8 @@ def rod_gradient(q, rods, frames, gradient):
         if rods.is_inner[i]:
             te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
             le, lf = frames.length[i - 1], frames.length[i]
-            m1e, m2e = material_directors(
-                te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3])
-            )
-            m1f, m2f = material_directors(
-                tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3])
-            )
+            m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
+            m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
             kb = curvature_binormal(te, tf)
             k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
             eb = rods.bend_stiffness[i] / rods.span[i]

@@ -7,15 +7,39 @@ edges; it is a property of the configuration, not an unknown.
 """
 
 from math import atan2, pi
+from typing import NamedTuple, Self
 
 import numpy as np
 
+from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.vectors import add, combine, cross, dot, norm, row, scale, sub
+from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub
+
+
+class Frames(NamedTuple):
+    """Tangents, reference directors and reference twists of one configuration.
+
+    `tangent`, `director`: (N, 3); `length`: (N,) edge lengths; `reference_twist`:
+    (N,) [rad]. Entries without an edge or without two edges are zero.
+    """
+
+    tangent: FloatArray
+    director: FloatArray
+    length: FloatArray
+    reference_twist: FloatArray
+
+    @classmethod
+    def zeros(cls, n: int) -> Self:
+        """Allocate frames for n nodes."""
+        return cls(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n))
+
+    def copy(self) -> Self:
+        """Copy every array."""
+        return type(self)(*(a.copy() for a in self))
 
 
 @inline_kernel
-def transport(v, a, b):
+def transport(v: Vector, a: Vector, b: Vector) -> Vector:
     """Carry `v` from tangent `a` to tangent `b` by the smallest rotation.
 
     Parameters
@@ -40,7 +64,7 @@ def transport(v, a, b):
 
 
 @kernel
-def follow(q, has_edge, source, target):
+def follow(q: FloatArray, has_edge: BoolArray, source: Frames, target: Frames) -> None:
     """Carry the frames of `source` to configuration `q` and write them to `target`.
 
     Parameters
@@ -84,7 +108,9 @@ def follow(q, has_edge, source, target):
 
 
 @kernel
-def initial_directors(x, has_edge, tangent, director, length):
+def initial_directors(
+    x: FloatArray, has_edge: BoolArray, tangent: FloatArray, director: FloatArray, length: FloatArray
+) -> None:
     """Fill tangents, lengths and space-parallel (Bishop) directors of a configuration.
 
     Parameters
@@ -120,19 +146,19 @@ def initial_directors(x, has_edge, tangent, director, length):
 
 
 @inline_kernel
-def material_directors(t, d, cos_angle, sin_angle):
+def material_directors(t: Vector, d: Vector, cos_angle: float, sin_angle: float) -> tuple[Vector, Vector]:
     """Turn the reference director by the edge angle: m1 and m2."""
     b = cross(t, d)
     return combine(cos_angle, d, sin_angle, b), combine(-sin_angle, d, cos_angle, b)
 
 
 @inline_kernel
-def curvature_binormal(a, b):
+def curvature_binormal(a: Vector, b: Vector) -> Vector:
     """Return 2 a x b / (1 + a . b) for unit tangents a, b (Bergou et al. 2008, eq. 1)."""
     return scale(2.0 / (1.0 + dot(a, b)), cross(a, b))
 
 
 @inline_kernel
-def material_curvature(kb, m1a, m2a, m1b, m2b):
+def material_curvature(kb: Vector, m1a: Vector, m2a: Vector, m1b: Vector, m2b: Vector) -> tuple[float, float]:
     """Resolve the curvature binormal on the mean material frame of a node's two edges."""
     return 0.5 * dot(kb, add(m2a, m2b)), -0.5 * dot(kb, add(m1a, m1b))

@@ -8,10 +8,11 @@ edge; its angle is a dummy that stays fixed.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.jit import kernel
 from knitlab_core.rods.frames import (
+    Frames,
     curvature_binormal,
     follow,
     initial_directors,
@@ -19,31 +20,6 @@ from knitlab_core.rods.frames import (
     material_directors,
 )
 from knitlab_core.rods.vectors import row
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-
-
-class Frames(NamedTuple):
-    """Tangents, reference directors and reference twists of one configuration.
-
-    `tangent`, `director`: (N, 3); `length`: (N,) edge lengths; `reference_twist`:
-    (N,) [rad]. Entries without an edge or without two edges are zero.
-    """
-
-    tangent: FloatArray
-    director: FloatArray
-    length: FloatArray
-    reference_twist: FloatArray
-
-    @classmethod
-    def zeros(cls, n: int) -> "Frames":
-        """Allocate frames for n nodes."""
-        return cls(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros(n))
-
-    def copy(self) -> "Frames":
-        """Copy every array."""
-        return Frames(*(a.copy() for a in self))
 
 
 class Rods(NamedTuple):
@@ -128,18 +104,16 @@ def make_rods(
 
 
 @kernel
-def measure_strains(q, is_inner, frames, curvature, twist):
+def measure_strains(
+    q: FloatArray, is_inner: BoolArray, frames: Frames, curvature: FloatArray, twist: FloatArray
+) -> None:
     """Fill material curvature (N, 2) and twist (N,) of a configuration (integrated, unitless)."""
     for i in range(1, q.shape[0]):
         if not is_inner[i]:
             continue
         te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
-        m1e, m2e = material_directors(
-            te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3])
-        )
-        m1f, m2f = material_directors(
-            tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3])
-        )
+        m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
+        m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
         kb = curvature_binormal(te, tf)
         k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
         curvature[i, 0] = k1

@@ -7,19 +7,19 @@ c = dE/dkappa, c1 kappa1 + c2 kappa2 = kb . (ge + gf) / 2 with g = c1 m2 - c2 m1
 
 import numpy as np
 
+from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.jit import inline_kernel, kernel
+from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import curvature_slopes
-from knitlab_core.rods.frames import curvature_binormal, material_curvature, material_directors
+from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
+from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.vectors import add, combine, cross, dot, row, scale
 
 
 @inline_kernel
-def _cross_matrix(v):
-    return (0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0)
-
-
-@inline_kernel
-def _add_stretch(i, rods, frames, exact, blocks, diagonal, below):
+def _add_stretch(
+    i: int, rods: Rods, frames: Frames, exact: float, blocks: FloatArray, diagonal: IndexArray, below: IndexArray
+) -> None:
     t = row(frames.tangent, i)
     length, rest = frames.length[i], rods.rest_length[i]
     axial = rods.stretch_stiffness[i] / rest
@@ -37,7 +37,7 @@ def _add_stretch(i, rods, frames, exact, blocks, diagonal, below):
 
 
 @kernel
-def rod_hessian(q, rods, frames, exact, pattern, blocks):
+def rod_hessian(q: FloatArray, rods: Rods, frames: Frames, exact: float, pattern: Pattern, blocks: FloatArray) -> None:
     """Add the Hessian of the rods' energy to the node blocks.
 
     Parameters
@@ -65,15 +65,21 @@ def rod_hessian(q, rods, frames, exact, pattern, blocks):
 
 
 @inline_kernel
-def _add_bend_twist(i, q, rods, frames, exact, blocks, diagonal, below, below2):
+def _add_bend_twist(
+    i: int,
+    q: FloatArray,
+    rods: Rods,
+    frames: Frames,
+    exact: float,
+    blocks: FloatArray,
+    diagonal: IndexArray,
+    below: IndexArray,
+    below2: IndexArray,
+) -> None:
     te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
     le, lf = frames.length[i - 1], frames.length[i]
-    m1e, m2e = material_directors(
-        te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3])
-    )
-    m1f, m2f = material_directors(
-        tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3])
-    )
+    m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
+    m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
     kb = curvature_binormal(te, tf)
     k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
     chi = 1.0 + dot(te, tf)
@@ -104,57 +110,40 @@ def _add_bend_twist(i, q, rods, frames, exact, blocks, diagonal, below, below2):
     gt = scale(1.0 / chi, gs)
     a = cross(tf, gt)
     b = cross(te, gt)
-    gx = _cross_matrix(gt)
-    tx = _cross_matrix(te)
-    ue, uf = add(te, tt), add(tf, tt)
     ie, jf, ef = 1.0 / (le * le), 1.0 / (lf * lf), 1.0 / (le * lf)
+    kc = k / chi
+    # Twist's own second derivatives have the form of the curvature's and join them here.
+    we = combine(0.25, ge, -0.25 * c3, add(te, tt))
+    wf = combine(0.25, gf, -0.25 * c3, add(tf, tt))
+    ve, vf = combine(k, tt, -1.0, a), combine(k, tt, 1.0, b)
+    turn = combine(1.0, gt, -c3 / chi, te)
+    hkb = scale(0.5 * c3, kb)
+
+    se, sf = -0.5 * dot(kb, pe), -0.5 * dot(kb, pf)
+    xe = combine(se / le, tt, 1.0 / (chi * le), cross(tf, pe))
+    xf = combine(sf / le, tt, 1.0 / (chi * le), cross(tf, pf))
+    ye = combine(se / lf, tt, -1.0 / (chi * lf), cross(te, pe))
+    yf = combine(sf / lf, tt, -1.0 / (chi * lf), cross(te, pf))
 
     dp, di, dn = diagonal[i - 1], diagonal[i], diagonal[i + 1]
     bi, bn, b2 = below[i], below[i + 1], below2[i + 1]
     for r in range(3):
+        x, y = (r + 1) % 3, (r + 2) % 3
         for c in range(3):
             one = 1.0 if r == c else 0.0
+            # The cross matrix of `turn`, transposed.
+            skew = turn[y] if c == x else (-turn[x] if c == y else 0.0)
             kk = kb[r] * kb[c]
-            ktt = 2.0 * k * tt[r] * tt[c]
             hee = eb * (ae[r] * ae[c] + be[r] * be[c]) + gj * he * he * kk
+            hee += ie * (ve[r] * tt[c] + tt[r] * ve[c] - kc * (one - te[r] * te[c]) + (kb[r] * we[c] + we[r] * kb[c]))
             hff = eb * (af[r] * af[c] + bf[r] * bf[c]) + gj * hf * hf * kk
-            # hfe has rows of f and columns of e.
+            hff += jf * (vf[r] * tt[c] + tt[r] * vf[c] - kc * (one - tf[r] * tf[c]) + (kb[r] * wf[c] + wf[r] * kb[c]))
+            # Rows of f and columns of e; its transpose is the other.
             hfe = eb * (af[r] * ae[c] + bf[r] * be[c]) + gj * he * hf * kk
-            hee += ie * (
-                ktt
-                - a[r] * tt[c]
-                - tt[r] * a[c]
-                - k / chi * (one - te[r] * te[c])
-                + 0.25 * (kb[r] * ge[c] + ge[r] * kb[c])
-                - 0.25 * c3 * (kb[r] * ue[c] + ue[r] * kb[c])
-            )
-            hff += jf * (
-                ktt
-                + b[r] * tt[c]
-                + tt[r] * b[c]
-                - k / chi * (one - tf[r] * tf[c])
-                + 0.25 * (kb[r] * gf[c] + gf[r] * kb[c])
-                - 0.25 * c3 * (kb[r] * uf[c] + uf[r] * kb[c])
-            )
-            hfe += ef * (
-                ktt
-                - tt[r] * a[c]
-                + b[r] * tt[c]
-                - k / chi * (one + tf[r] * te[c])
-                - gx[3 * c + r]
-                + 0.5 * c3 * (2.0 / chi * tx[3 * c + r] - tt[r] * kb[c])
-            )
-            hef = eb * (ae[r] * af[c] + be[r] * bf[c]) + gj * he * hf * kk
-            hef += ef * (
-                ktt
-                - a[r] * tt[c]
-                + tt[r] * b[c]
-                - k / chi * (one + te[r] * tf[c])
-                - gx[3 * r + c]
-                + 0.5 * c3 * (2.0 / chi * tx[3 * r + c] - kb[r] * tt[c])
-            )
+            hfe += ef * (tt[r] * (ve[c] - hkb[c]) + vf[r] * tt[c] - kc * (one + tf[r] * te[c]) - skew)
             blocks[dp, r, c] += hee
-            blocks[di, r, c] += hee - hef - hfe + hff
+            blocks[di, r, c] += hee + hff - hfe
+            blocks[di, c, r] -= hfe
             blocks[dn, r, c] += hff
             blocks[bi, r, c] += hfe - hee
             blocks[bn, r, c] += hfe - hff
@@ -164,12 +153,10 @@ def _add_bend_twist(i, q, rods, frames, exact, blocks, diagonal, below, below2):
         xef = eb * (ae[r] * atf + be[r] * btf) + gj * he * kb[r]
         xfe = eb * (af[r] * ate + bf[r] * bte) - gj * hf * kb[r]
         xff = eb * (af[r] * atf + bf[r] * btf) + gj * hf * kb[r]
-        pee, pff = cross(tf, pe), cross(tf, pf)
-        qee, qff = cross(te, pe), cross(te, pf)
-        xee += (-0.5 * dot(kb, pe) * tt[r] + pee[r] / chi) / le
-        xef += (-0.5 * dot(kb, pf) * tt[r] + pff[r] / chi) / le
-        xfe += (-0.5 * dot(kb, pe) * tt[r] - qee[r] / chi) / lf
-        xff += (-0.5 * dot(kb, pf) * tt[r] - qff[r] / chi) / lf
+        xee += xe[r]
+        xef += xf[r]
+        xfe += ye[r]
+        xff += yf[r]
         blocks[dp, r, 3] -= xee
         blocks[dp, 3, r] -= xee
         blocks[di, r, 3] += xef - xff
