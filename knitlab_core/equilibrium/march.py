@@ -7,7 +7,7 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.model import State
-from knitlab_core.equilibrium.newton import Options, Report, equilibrate
+from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
@@ -40,6 +40,11 @@ class Failure:
     def __str__(self) -> str:
         """Say in one line what remains out of balance, and where."""
         x, y, z = (1e3 * c for c in self.position)
+        if np.isinf(self.report.residual):
+            return (
+                f"no equilibrium beyond {self.progress:.4g} of the stroke: the fixtures would drive strands through "
+                f"each other near node {self.report.node} (x {x:.2f}, y {y:.2f}, z {z:.2f} mm)"
+            )
         return (
             f"no equilibrium beyond {self.progress:.4g} of the stroke: "
             f"{self.report.residual:.1e} of the mean fixture force is left at node "
@@ -96,6 +101,8 @@ def advance(
     if room < 1.0:
         # Fixtures go where they must; the rest of the guess only as far as is safe.
         guess = np.where(model.fixed, motion, room * guess)
+        if work.room(state.q, guess, 0.95) < 1.0:
+            return None, blocked(int(np.argmax(np.abs(motion))) // 4, state.contacts)
     q = state.q + guess
     frames = state.frames.copy()
     follow(q, model.rods.has_edge, state.frames, frames)

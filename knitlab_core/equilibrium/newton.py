@@ -70,6 +70,11 @@ class Report:
     contacts: int
 
 
+def blocked(node: int, contacts: int) -> Report:
+    """Report a step that was not tried, because its fixtures would drive strands through each other."""
+    return Report(converged=False, iterations=0, residual=np.inf, node=node, contacts=contacts)
+
+
 def _force_scale(work: Workspace, gradient: FloatArray) -> float:
     """Return the mean force on fixtures or of loads, at least the floor."""
     held = work.model.fixed[:, :3]

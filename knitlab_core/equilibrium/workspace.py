@@ -54,6 +54,8 @@ class Workspace:
 
     Attributes
     ----------
+    blocks : (B, 4, 4) array
+        The assembled stiffness.
     loads : (N, 4) array
         Dead loads on the unknowns [E r^2, E r^3].
     clock : Stopwatch
@@ -81,7 +83,7 @@ class Workspace:
         self._memory = Memory.empty()
         self._shift = 0.0
         self._linear: BlockCholesky | None = None
-        self._blocks = np.zeros((0, 4, 4))
+        self.blocks = np.zeros((0, 4, 4))
 
     def start_step(self, q: FloatArray, memory: Memory) -> None:
         """Begin at an equilibrium: list its pairs and recall what friction remembers of them."""
@@ -94,8 +96,9 @@ class Workspace:
         """List the pairs anew if any two strands may have approached by more than the skin."""
         with self.clock("neighbours"):
             reach = self.model.law.distance + SKIN
-            approach = largest_approach(self._listed, q[:, :3] - self._listed, reach, SKIN)
-        if approach > SKIN:
+            spare = SKIN - self.model.law.onset
+            approach = largest_approach(self._listed, q[:, :3] - self._listed, reach, spare)
+        if approach > spare:
             self._list_pairs(q)
 
     def _list_pairs(self, q: FloatArray) -> None:
@@ -113,7 +116,7 @@ class Workspace:
                 wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN))
                 kept = update_pattern(wide, n, self.candidates)
                 self._linear = BlockCholesky(wide)
-                self._blocks = np.zeros((wide.rows.size, 4, 4))
+                self.blocks = np.zeros((wide.rows.size, 4, 4))
         if kept is None:
             msg = "a list of pairs within the wider skin must contain those within the skin"
             raise RuntimeError(msg)
@@ -172,8 +175,8 @@ class Workspace:
         """Assemble the stiffness at the placed samples, fixed unknowns still included."""
         model = self.model
         with self.clock("assembly"):
-            self._blocks[:] = 0.0
-            rod_hessian(q, model.rods, frames, exact, self.pattern, self._blocks)
+            self.blocks[:] = 0.0
+            rod_hessian(q, model.rods, frames, exact, self.pattern, self.blocks)
             contact_hessian(
                 self.points,
                 self.base,
@@ -183,13 +186,13 @@ class Workspace:
                 exact,
                 self.pairs,
                 self.pattern,
-                self._blocks,
+                self.blocks,
             )
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""
         out = np.zeros_like(v)
-        multiply(self.pattern, self._blocks, v, out)
+        multiply(self.pattern, self.blocks, v, out)
         return out
 
     def factor(self) -> bool:
@@ -200,10 +203,10 @@ class Workspace:
         if shift < SMALLEST_SHIFT:
             shift = 0.0
         with self.clock("factor"):
-            fix_unknowns(self.pattern, self.model.fixed, self._blocks)
+            fix_unknowns(self.pattern, self.model.fixed, self.blocks)
             while True:
                 self.factorisations += 1
-                if self._linear.factor(self._blocks, shift):
+                if self._linear.factor(self.blocks, shift):
                     self._shift = shift
                     return True
                 shift = max(SHIFT_GROWTH * shift, SMALLEST_SHIFT)
@@ -251,8 +254,10 @@ class Workspace:
         with self.clock("neighbours"):
             sample_points(step, model.samples, self._moves)
             part = largest_fraction(self.points, self._moves, self.candidates, model.law, share)
-            limit = SKIN + model.law.overlap_limit
-            approach = largest_approach(q, step, model.law.distance + SKIN, limit)
+            reach = model.law.distance + SKIN
+            used = largest_approach(self._listed, q[:, :3] - self._listed, reach, 0.1)
+            limit = SKIN + model.law.overlap_limit - used
+            approach = largest_approach(q, step, reach, limit)
         return part if approach <= limit else min(part, limit / approach)
 
     def settle(self) -> tuple[Memory, float]:
