@@ -65,8 +65,8 @@ class Equilibrium:
         Stored energies [J].
     friction_work, external_work : float
         Work since the start: dissipated, and done by the carriages [J].
-    residual, lag_residual : float
-        Largest free nodal force and change of the lagged friction, relative to the scale [1].
+    residual : float
+        Largest free nodal force, friction's loads taken from the equilibrium itself, over the mean fixture force [1].
     contacts, iterations, factorisations : int
         Touching sample pairs; Newton iterations and factorisations spent on this row.
     seconds : float
@@ -92,7 +92,6 @@ class Equilibrium:
     friction_work: float
     external_work: float
     residual: float
-    lag_residual: float
     contacts: int
     iterations: int
     factorisations: int
@@ -162,7 +161,6 @@ UNITS: dict[str, str] = {
     "friction_work": "J",
     "external_work": "J",
     "residual": "1",
-    "lag_residual": "1",
     "contacts": "1",
     "iterations": "1",
     "factorisations": "1",

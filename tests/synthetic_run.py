@@ -53,7 +53,6 @@ def row(time: float, strain: float, cycle: int, phase: Phase) -> Equilibrium:
         friction_work=1e-6,
         external_work=1e-4 * strain,
         residual=1e-5,
-        lag_residual=1e-5,
         contacts=400,
         iterations=9,
         factorisations=9,

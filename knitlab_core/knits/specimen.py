@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.arclength import yarn_per_loop
@@ -33,7 +34,8 @@ class Specimen:
     Parameters
     ----------
     nodes : FloatArray
-        Positions (N, 3) along the yarn: x course, y wale, z out of plane [m].
+        Positions (N, 3) along the yarn: x course, y wale, z out of plane [m]. The quadratic B-spline that they
+        control passes through the yarn, so a node lies outside a bend by edge² curvature / 8.
     arc_lengths : FloatArray
         Yarn length (N,) from the yarn's start to each node [m].
     radius : float
@@ -109,8 +111,9 @@ def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float,
         allowed = "a row spacing, height and depth with which each loop holds the next row's"
         raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
     arc_lengths = _divide(at_sites, edges)
+    on_yarn = (centreline.position(arc_lengths) - knit_middle(stitch, rows, loops)) * loop_width
     return Specimen(
-        nodes=(centreline.position(arc_lengths) - knit_middle(stitch, rows, loops)) * loop_width,
+        nodes=_control_points(on_yarn),
         arc_lengths=arc_lengths * loop_width,
         radius=stitch.fibre_radius * loop_width,
         loop_width=loop_width,
@@ -122,6 +125,19 @@ def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float,
         clearance=(approach.distance - 2.0 * stitch.fibre_radius) * loop_width,
         sites=_site_nodes(centreline, at_sites, edges),
     )
+
+
+def _control_points(points: FloatArray) -> FloatArray:
+    """Return nodes (N, 3) whose quadratic B-spline passes through points on the yarn; the ends stay.
+
+    A spline with its nodes on the yarn cuts every bend; at 48 nodes per loop that costs 5 to 9 % of the force.
+    """
+    bands = np.full((3, len(points)), 0.125)
+    bands[1] = 0.75
+    bands[1, [0, -1]] = 1.0
+    bands[0, 1] = bands[2, -2] = 0.0
+    nodes: FloatArray = solve_banded((1, 1), bands, points)
+    return nodes
 
 
 def _site_nodes(centreline: Centreline, at_sites: FloatArray, edges: IntArray) -> Mapping[SiteSet, IntArray]:

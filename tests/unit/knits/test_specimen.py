@@ -37,8 +37,9 @@ def test_sites_run_along_their_edge_and_lie_opposite_each_other() -> None:
     span = 8e-3 * (5 * DEFAULT.row_spacing + 2.0 * DEFAULT.height * np.cos(0.35))
     for upper, lower, axis, length in (("wale+", "wale-", 1, span), ("course+", "course-", 0, 6 * 8e-3)):
         apart = at[upper][:, axis] - at[lower][:, axis]
-        assert apart == pytest.approx(np.full(apart.size, length), rel=1e-12)
-        assert at[upper][:, axis] == pytest.approx(np.full(apart.size, length / 2.0), rel=1e-12)
+        # The nodes of a head lie outside its bend, by a little that depends on the edges beside them.
+        assert apart == pytest.approx(np.full(apart.size, length), rel=1e-3)
+        assert at[upper][:, axis] == pytest.approx(np.full(apart.size, length / 2.0), rel=1e-3)
 
 
 @pytest.mark.parametrize("nodes_per_loop", [8, 24, 48, 96])
@@ -53,19 +54,27 @@ def test_edges_are_equal_between_sites_and_nearest_to_the_nominal_length(nodes_p
         assert abs(edges[first] - nominal) <= np.abs(choices - nominal).min() + 1e-12
 
 
-def test_nodes_lie_on_the_centreline_and_chords_are_little_shorter_than_arcs() -> None:
-    chords = np.linalg.norm(np.diff(KNIT.nodes, axis=0), axis=-1)
-    ratio = chords / np.diff(KNIT.arc_lengths)
-    assert ratio.max() <= 1.0
-    # 1 - (kappa s)^2 / 24 on a bend of kappa 3.16 / l with edges of 0.113 l
-    assert ratio.min() > 1.0 - (3.16 * 0.113) ** 2 / 24.0
+def test_the_spline_controlled_by_the_nodes_passes_through_the_yarn() -> None:
+    nodes = KNIT.nodes
+    middle = (nodes[:-2] + 6.0 * nodes[1:-1] + nodes[2:]) / 8.0
+    yarn = 8e-3 * KNIT.centreline.position(KNIT.arc_lengths / 8e-3)
+    yarn += nodes[0] - yarn[0]
+    assert middle == pytest.approx(yarn[1:-1], abs=1e-15)
+
+
+def test_edges_of_the_nodes_are_little_longer_than_the_yarn() -> None:
+    edges = np.linalg.norm(np.diff(KNIT.nodes, axis=0), axis=-1)
+    # Most where edges of two lengths meet, and nodes shift along the yarn.
+    assert np.abs(edges / np.diff(KNIT.arc_lengths) - 1.0).max() < 0.05
+    assert edges.sum() == pytest.approx(KNIT.yarn_length, rel=2e-3)
 
 
 def test_a_row_of_loops_repeats_node_by_node_inside_the_knit() -> None:
     starts = 8e-3 * KNIT.centreline.starts
     first = np.searchsorted(KNIT.arc_lengths, starts[4] - 1e-9)
     loops = KNIT.nodes[first : first + 6 * 48].reshape(6, 48, 3)
-    assert np.diff(loops, axis=0) == pytest.approx(np.tile([8e-3, 0.0, 0.0], (5, 48, 1)), abs=1e-15)
+    # What the ends of the row change dies out by a factor of 6 from node to node.
+    assert np.diff(loops[1:5], axis=0) == pytest.approx(np.tile([8e-3, 0.0, 0.0], (3, 48, 1)), abs=1e-15)
 
 
 @pytest.mark.parametrize(

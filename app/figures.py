@@ -1,0 +1,96 @@
+"""Work out the figures that stand at the end of a test, from its equilibria."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from rigs.analysis import cycle_figures, stress_strain
+from rigs.protocol import AXES
+from rigs.signals import zero_offset
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigs.instruments import Zeroing
+    from rigs.protocol import Axis
+    from rigs.record import FloatArray, SpecimenSize, Trace
+
+Figure: TypeAlias = tuple[str, float, str]
+
+STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy")
+
+
+def run_figures(
+    trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], wall_seconds: float
+) -> tuple[Figure, ...]:
+    """Return the figures of a run: stresses and loops of every cycle, then what it cost and how well it closed.
+
+    Parameters
+    ----------
+    trace : Trace
+        The equilibria.
+    size : SpecimenSize
+        Turns travel and force into strain and stress.
+    zeroings : sequence of Zeroing
+        When channels were set to zero; strain and stress count from there.
+    wall_seconds : float
+        Time from the start of the run to the end of its test [s].
+
+    Returns
+    -------
+    tuple of (name, value, unit)
+        Empty if nothing was measured beyond the specimen as mounted.
+    """
+    if len(trace) < 2:
+        return ()
+    found = [*_mechanics(trace, size, zeroings), *_effort(trace, wall_seconds), *_soundness(trace)]
+    return tuple(figure for figure in found if isfinite(figure[1]))
+
+
+def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> FloatArray:
+    """Return displacements [m] or forces [N] of an axis, (n,), counted from the last zeroing before each row."""
+    values, time = trace.columns[f"{kind}_{axis}"], trace.columns["time"]
+    return values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
+
+
+def energy_balance_error(trace: Trace) -> float:
+    """Return how far work done and energy stored and dissipated part, relative to the largest work done [1]."""
+    columns = trace.columns
+    kept = sum(columns[name] for name in STORED) + columns["friction_work"]
+    work = columns["external_work"]
+    largest = float(np.abs(work).max())
+    return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
+
+
+def _mechanics(trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
+    cycle = trace.columns["cycle"].astype(np.int64)
+    for axis in AXES:
+        travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
+        strain, stress = stress_strain(travel, force, axis, size)
+        for figures in cycle_figures(axis, strain, stress, trace.phase, cycle):
+            where = f"{axis}, cycle {figures.cycle}"
+            for level, value in figures.stress.items():
+                yield f"stress at {level:.0%}, {where}", value, "Pa"
+            yield f"work of loading, {where}", figures.loading_work, "J/m3"
+            yield f"loop area, {where}", figures.loop_area, "J/m3"
+            yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
+
+
+def _effort(trace: Trace, wall_seconds: float) -> Iterator[Figure]:
+    columns = trace.columns
+    iterations = columns["iterations"].sum()
+    solved = np.count_nonzero(columns["factorisations"])
+    yield "equilibria", float(len(trace)), "1"
+    yield "Newton iterations", float(iterations), "1"
+    yield "iterations per equilibrium", float(iterations / solved) if solved else float("nan"), "1"
+    yield "factorisations", float(columns["factorisations"].sum()), "1"
+    yield "solver time", float(columns["seconds"].sum()), "s"
+    yield "wall time", wall_seconds, "s"
+
+
+def _soundness(trace: Trace) -> Iterator[Figure]:
+    yield "energy balance error", energy_balance_error(trace), "1"
+    yield "worst residual", float(trace.columns["residual"].max()), "1"

@@ -1,0 +1,183 @@
+"""Do what the doors ask for: run a protocol into a run folder."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Final
+
+from app.check import build_specimen
+from app.export import export_log
+from app.figures import run_figures
+from app.pictures import knit_frames
+from app.provenance import provenance
+from app.report import stress_strain_plot
+from app.rig_data import read_biaxial_data
+from app.run_folder import make_run_folder
+from app.run_reader import RunReader
+from app.runs import RunWriter
+from app.schemas import load
+from knitlab_core.errors import SpecificationError
+from knitlab_core.jit import cache_is_cold
+from rigs.biaxial import mount
+from rigs.experiment import perform
+from rigs.instruments import Zeroing, measure
+from rigs.motion import planned_duration
+from rigs.record import Equilibrium, Frame, Outcome, trace_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from app.figures import Figure
+    from app.schemas import Loaded
+    from rigs.biaxial import BiaxialStage
+    from rigs.experiment import Event
+    from rigs.record import End
+
+RUNS: Final = Path("runs")
+
+TESTED: Final = 0.9
+"""Share of a run that is done when its test is: log, plot and pictures come after."""
+
+FIRST_RUN: Final = (
+    "compiling the solver for this machine: takes about a minute, once; the result is kept for later runs\n"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """Say how a run ended and what it came to.
+
+    Attributes
+    ----------
+    outcome : End
+        How it ended.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    folder : Path
+        The run folder.
+    figures : tuple of (name, value, unit)
+        Empty if nothing was measured.
+    """
+
+    outcome: End
+    message: str
+    folder: Path
+    figures: tuple[Figure, ...]
+
+
+@dataclass(slots=True, kw_only=True)
+class _Journal:
+    """Write a test down as it happens, and remember what the end of it needs."""
+
+    writer: RunWriter
+    stage: BiaxialStage
+    planned: float
+    progress: Callable[[float, str], None]
+    rows: list[Equilibrium] = field(default_factory=list)
+    zeroings: list[Zeroing] = field(default_factory=list)
+
+    def record(self, events: Iterator[Event]) -> Outcome:
+        """Write down every event; an interrupt ends the test and keeps them."""
+        try:
+            for event in events:
+                match event:
+                    case Equilibrium():
+                        self.writer.append(event)
+                        self.rows.append(event)
+                        self._show(event)
+                    case Frame():
+                        self.writer.add_frame(event)
+                    case Zeroing():
+                        self.zeroings.append(event)
+                    case Outcome():
+                        return event
+        except KeyboardInterrupt:
+            return Outcome(end="abort", message=f"interrupted; {len(self.rows)} equilibria kept")
+        raise RuntimeError("a test must end with an outcome")
+
+    def _show(self, row: Equilibrium) -> None:
+        """Show how far the test is."""
+        gauges = self.stage.gauges
+        strains = (row.displacement_C / gauges["C"], row.displacement_W / gauges["W"])
+        text = f"{row.phase:7} {row.cycle}: C {strains[0]:6.1%}, W {strains[1]:6.1%}"
+        done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
+        self.progress(TESTED * done, text)
+
+
+def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], None]) -> RunResult:
+    """Run a protocol: record, log, plot and pictures in a run folder.
+
+    Parameters
+    ----------
+    path : Path
+        The protocol file.
+    out : Path or None
+        Run folder to make, under the next free name; None for one under ``runs/``.
+    progress : callable
+        Told the share done [1] and what is being done.
+
+    Returns
+    -------
+    RunResult
+        How it ended; a limit, an interrupt and a solver that gave up are outcomes, with their rows kept.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with the protocol, in one line.
+    """
+    began = perf_counter()
+    loaded = load(path)
+    protocol = loaded.protocol
+    specimen = build_specimen(loaded)
+    data = read_biaxial_data()
+    stage, state = mount(specimen, protocol, data)
+    folder = make_run_folder(RUNS / protocol.name if out is None else out)
+    if cache_is_cold():
+        sys.stderr.write(FIRST_RUN)
+    with RunWriter(
+        folder / "run.h5",
+        protocol=loaded.text,
+        size=stage.size,
+        node_count=len(specimen.nodes),
+        instrument=stage.instrument,
+        provenance=provenance(protocol, data),
+    ) as writer:
+        planned = planned_duration(protocol, stage.gauges)
+        journal = _Journal(writer=writer, stage=stage, planned=planned, progress=progress)
+        outcome = _located(loaded, lambda: journal.record(perform(stage, state, protocol)))
+        if journal.rows:
+            trace, log = trace_of(journal.rows), protocol.log
+            samples = measure(stage.instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
+            writer.write_samples(samples)
+        writer.finish(outcome)
+    figures: tuple[Figure, ...] = ()
+    if journal.rows:
+        figures = run_figures(trace, stage.size, journal.zeroings, perf_counter() - began)
+        _publish(folder, protocol.name, progress)
+    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
+
+
+def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
+    """Give a step that turns out impossible on the way its place in the file."""
+    try:
+        return test()
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+
+
+def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) -> None:
+    """Write the views of a record: the stage's log, the plot, the pictures."""
+    run = RunReader(folder / "run.h5")
+    progress(TESTED, "writing the log")
+    export_log(run, folder / f"{name}.csv")
+    progress(TESTED, "plotting")
+    stress_strain_plot(run, folder / f"{name}_stress_strain.png")
+    progress(TESTED, "drawing the knit")
+    note = knit_frames(run, folder / f"{name}_knit.png").note
+    if note:
+        sys.stderr.write(note + "\n")
+    progress(1.0, "done")

@@ -1,0 +1,92 @@
+"""The main job's first cycle, timed: a 6x6 knit to 40 % biaxial strain and back."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from app.check import build_specimen
+from app.rig_data import read_biaxial_data
+from app.schemas import load
+from rigs.biaxial import BiaxialStage, mount
+from rigs.experiment import perform
+from rigs.record import Equilibrium
+
+if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.rods.blocks import Pattern
+
+PROTOCOL = Path(__file__).resolve().parent.parent / "examples" / "biaxial_cycle.yaml"
+PARTS = ("energy", "gradient", "assembly", "factor", "solve", "neighbours", "analyse")
+
+
+def peak_memory() -> float:
+    """Return the largest memory this process has held [MB]."""
+    unit = 1.0 if sys.platform == "darwin" else 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+
+
+def first_cycle() -> tuple[BiaxialStage, list[Equilibrium]]:
+    """Run the first cycle of the main job; return the stage and its rows."""
+    loaded = load(PROTOCOL)
+    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    rows = []
+    for event in perform(stage, state, loaded.protocol):
+        if isinstance(event, Equilibrium):
+            if event.cycle > 1:
+                break
+            rows.append(event)
+    return stage, rows
+
+
+def stiffness() -> tuple[Pattern, FloatArray]:
+    """Return pattern and blocks of the free stiffness on the way up at 33 % strain."""
+    loaded = load(PROTOCOL)
+    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    for event in perform(stage, state, loaded.protocol):
+        if isinstance(event, Equilibrium) and event.displacement_C >= 0.33 * stage.size.gauge_C:
+            break
+    return stage.work.pattern, stage.work.blocks
+
+
+def first_row() -> float:
+    """Return the seconds to the first row, kernels compiled on the way if they must be."""
+    began = perf_counter()
+    loaded = load(PROTOCOL)
+    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    rows = (e for e in perform(stage, state, loaded.protocol) if isinstance(e, Equilibrium))
+    next(rows)  # as mounted
+    next(rows)  # the first that was solved for
+    return perf_counter() - began
+
+
+def timed(repeats: int) -> dict[str, Any]:
+    """Time the first cycle `repeats` times after one to warm up; return medians."""
+    first_cycle()
+    runs: list[dict[str, Any]] = []
+    for _ in range(repeats):
+        began = perf_counter()
+        stage, rows = first_cycle()
+        wall = perf_counter() - began
+        solved = [row for row in rows if row.iterations]
+        runs.append({
+            "wall": wall,
+            "steps": len(solved),
+            "iterations": sum(row.iterations for row in rows),
+            "factorisations": sum(row.factorisations for row in rows),
+            "parts": {part: stage.work.clock.seconds.get(part, 0.0) for part in PARTS},
+        })
+    middle = sorted(runs, key=lambda run: float(run["wall"]))[len(runs) // 2]
+    return {**middle, "wall": median(float(run["wall"]) for run in runs), "memory": peak_memory()}
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["first-row"]:
+        sys.stdout.write(f"{first_row():.3f}\n")
+    else:
+        sys.stdout.write(json.dumps(timed(int(sys.argv[1]))) + "\n")

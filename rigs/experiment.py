@@ -1,0 +1,148 @@
+"""Run a test: set-point, pose, equilibrium, what the carriages feel, one row of the record.
+
+`perform` yields what happens as it happens and knows no files; whoever iterates writes it down.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import ceil, floor
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from knitlab_core.equilibrium.march import Failure
+from knitlab_core.errors import ConvergenceError
+from rigs.bench import Bench, between
+from rigs.biaxial import place_of
+from rigs.instruments import Zeroing
+from rigs.motion import strokes
+from rigs.preload import preload
+from rigs.record import Equilibrium, Frame, Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator, Mapping
+
+    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.newton import Options
+    from rigs.biaxial import BiaxialStage
+    from rigs.motion import Stroke
+    from rigs.protocol import Axis, Protocol
+
+Event: TypeAlias = Equilibrium | Frame | Zeroing | Outcome
+
+FRAME_MARK: Final = 0.2
+"""A frame is kept wherever an axis passes a whole multiple of this strain, and where a stroke ends."""
+
+
+def perform(
+    stage: BiaxialStage, state: State, protocol: Protocol, *, options: Options | None = None
+) -> Iterator[Event]:
+    """Carry out a protocol on a mounted specimen.
+
+    Parameters
+    ----------
+    stage : BiaxialStage
+        The stage with the specimen on it.
+    state : State
+        The specimen as mounted.
+    protocol : Protocol
+        The test.
+    options : Options, optional
+        How hard the solver tries.
+
+    Yields
+    ------
+    Equilibrium, Frame, Zeroing or Outcome
+        Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A limit
+        that trips and an equilibrium that is not found are outcomes: what was yielded before stands.
+    """
+    bench = Bench(stage=stage, state=state, options=options)
+    try:
+        outcome = yield from _carry_out(bench, protocol)
+    except ConvergenceError as error:
+        outcome = Outcome(end="diverged", message=_account(bench, error))
+    if outcome.end != "target":
+        yield bench.frame()
+    yield outcome
+
+
+def _carry_out(bench: Bench, protocol: Protocol) -> Generator[Event, None, Outcome]:
+    """Do every stroke of a protocol; return how it ended."""
+    (mounted,) = bench.march_to(bench.displacement, longest=1.0)
+    yield bench.accept(mounted, "Zero", 1, None)
+    yield bench.frame()
+    plan = strokes(protocol, bench.stage.gauges)
+    stroke = next(plan, None)
+    while stroke is not None:
+        ended = yield from _do(bench, stroke, protocol.max_strain_increment)
+        if ended is not None:
+            return ended
+        try:
+            stroke = plan.send(bench.displacement)
+        except StopIteration:
+            stroke = None
+    return Outcome(end="target")
+
+
+def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
+    """Do one stroke; return an outcome if it ended the test."""
+    ended = None
+    match stroke.phase:
+        case "Zero":
+            # A specimen that stands still keeps its equilibrium: nothing to solve, nothing to drift.
+            if bench.last is not None and bench.last.phase != "Zero":
+                yield bench.stand(stroke)
+            yield Zeroing(time=bench.time, kinds=frozenset(stroke.channels))
+        case "Hold":
+            bench.time += stroke.duration
+            yield bench.stand(stroke)
+        case "Preload":
+            ended = yield from preload(bench, stroke, stroke.stop_force or 0.0, increment)
+            if ended is None:
+                yield bench.frame()
+        case _:
+            ended = yield from _drive(bench, stroke, increment)
+    return ended
+
+
+def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
+    """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
+    begun = bench.time
+    for low, high in pairwise([0.0, *_marks(stroke, bench.stage.gauges), 1.0]):
+        goal = between(stroke.start, stroke.end, high)
+        way = bench.strain(bench.displacement, goal)
+        for step in bench.march_to(goal, longest=min(1.0, increment / way)):
+            bench.time = begun + (low + (high - low) * step.share) * stroke.duration
+            yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
+            ended = bench.overload()
+            if ended is not None:
+                return ended
+        yield bench.frame()
+    return None
+
+
+def _marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
+    """Return the shares of a stroke, between its ends, at which an axis passes a marked strain."""
+    shares: list[float] = []
+    for axis, length in gauges.items():
+        first, last = (way[axis] / (FRAME_MARK * length) for way in (stroke.start, stroke.end))
+        if first == last:
+            continue
+        passed = range(ceil(min(first, last)), floor(max(first, last)) + 1)
+        shares += [(mark - first) / (last - first) for mark in passed]
+    inner = sorted(share for share in shares if 1e-6 < share < 1.0 - 1e-6)
+    # Axes that pass a mark together differ by rounding.
+    return [share for before, share in pairwise([0.0, *inner]) if share - before > 1e-6]
+
+
+def _account(bench: Bench, error: ConvergenceError) -> str:
+    """Say where the axes stood and where on the yarn, in the words of a knitter, no equilibrium was found."""
+    failure = error.report
+    if not isinstance(failure, Failure):
+        return str(error)
+    report = failure.report
+    x, y, z = (1e3 * coordinate for coordinate in failure.position)
+    return (
+        f"no equilibrium beyond {bench.whereabouts()}: after {report.iterations} iterations at the shortest step "
+        f"{report.residual:.1e} of the mean fixture force is left at node {report.node} "
+        f"(x {x:.2f}, y {y:.2f}, z {z:.2f} mm), {place_of(bench.stage, report.node)} of the yarn"
+    )

@@ -1,0 +1,126 @@
+"""Hold the yarn at its boundary sites: which unknowns a carriage prescribes, where it puts them, what it feels.
+
+A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
+a plate that is fused to its loops would hold every unknown. Wire hooks are bodies that touch the yarn by contact
+and will stand beside it. All arrays here are in the solver's units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from knitlab_core.knits import SiteSet, Specimen
+    from rigs.protocol import Axis
+    from rigs.record import FloatArray, IntArray
+
+Side = Literal[-1, 1]
+
+SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {"C": ("course-", "course+"), "W": ("wale-", "wale+")}
+"""Boundary sites on either side of the centre, along each axis."""
+
+COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1}
+"""Coordinate that an axis drives: the course is x, the wale y."""
+
+_SIDES: Final[tuple[Side, Side]] = (-1, 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grip:
+    """Tie nodes of the yarn to one carriage.
+
+    Attributes
+    ----------
+    axis : Axis
+        Axis of the carriage.
+    side : {-1, 1}
+        Side of the centre on which it stands; also the way it moves when its pair opens.
+    nodes : IntArray, shape (n,)
+        Nodes that it holds.
+    held : tuple of bool
+        Which of x, y, z and the edge's angle it prescribes at these nodes.
+    """
+
+    axis: Axis
+    side: Side
+    nodes: IntArray
+    held: tuple[bool, bool, bool, bool]
+
+
+def sliding_pins(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
+    """Hang both edges of an axis on pins: held across their pole and out of plane, free along it.
+
+    Returns
+    -------
+    tuple of two Grip
+        On the negative and on the positive side of the centre.
+    """
+    held = (axis == "C", axis == "W", True, False)
+    negative, positive = (
+        Grip(axis=axis, side=side, nodes=specimen.sites[sites], held=held)
+        for side, sites in zip(_SIDES, SITES[axis], strict=True)
+    )
+    return negative, positive
+
+
+def prescribe(grips: tuple[Grip, ...], fixed: NDArray[np.bool_]) -> None:
+    """Mark what the grips hold among the prescribed unknowns, shape (N, 4), in place."""
+    for grip in grips:
+        fixed[np.ix_(grip.nodes, np.flatnonzero(grip.held))] = True
+
+
+def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, float]) -> FloatArray:
+    """Return where the grips put what they hold.
+
+    Parameters
+    ----------
+    grips : tuple of Grip
+        The grips.
+    mounted : FloatArray, shape (N, 4)
+        The unknowns when the specimen was mounted [r], [rad].
+    travel : Mapping
+        Change of the hook-to-hook length of each axis [r]; the two carriages of a pair share it equally.
+
+    Returns
+    -------
+    FloatArray, shape (N, 4)
+        Target of the held unknowns; the others stand as mounted.
+    """
+    target = mounted.copy()
+    for grip in grips:
+        target[grip.nodes, COORDINATE[grip.axis]] += 0.5 * grip.side * travel[grip.axis]
+    return target
+
+
+def pull(grip: Grip, reaction: FloatArray) -> float:
+    """Return the force with which the specimen draws a carriage to the centre [E r^2], positive in tension.
+
+    Parameters
+    ----------
+    grip : Grip
+        The carriage's grip.
+    reaction : FloatArray, shape (N, 4)
+        Force of the fixtures on the yarn [E r^2].
+    """
+    return float(grip.side * reaction[grip.nodes, COORDINATE[grip.axis]].sum())
+
+
+def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
+    """Return the largest force of one hook along its pole [E r^2]; zero for hooks that slide freely.
+
+    Parameters
+    ----------
+    grip : Grip
+        The carriage's grip.
+    reaction : FloatArray, shape (N, 4)
+        Force of the fixtures on the yarn [E r^2].
+    """
+    along_pole = 1 - COORDINATE[grip.axis]
+    return float(np.abs(reaction[grip.nodes, along_pole]).max())

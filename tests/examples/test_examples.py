@@ -1,0 +1,163 @@
+"""Run every example as a user would, and hold it to what mechanics says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from app.figures import energy_balance_error
+from app.run_reader import RunReader
+from app.usecases import RunResult, run_protocol
+from rigs.analysis import branch, stress_strain
+from rigs.protocol import AXES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rigs.protocol import Axis
+    from rigs.record import FloatArray, Phase
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@dataclass
+class Ran:
+    """An example that ran."""
+
+    result: RunResult
+    run: RunReader
+
+    def curve(self, axis: Axis, cycle: int, way: Phase) -> tuple[FloatArray, FloatArray]:
+        """Return strain [1] and stress [Pa] of one branch, strain rising."""
+        columns = self.run.trace.columns
+        travel, force = columns[f"displacement_{axis}"], columns[f"force_{axis}"]
+        strain, stress = stress_strain(travel, force, axis, self.run.size)
+        rows = branch(self.run.trace.phase, columns["cycle"].astype(np.int64), cycle, [way])
+        order = np.argsort(strain[rows])
+        return strain[rows][order], stress[rows][order]
+
+    def stress(self, axis: Axis, at: float, *, cycle: int = 1, way: Phase = "Stretch") -> float:
+        """Return the stress of a branch at a strain [Pa]."""
+        strain, stress = self.curve(axis, cycle, way)
+        assert strain[0] <= at <= strain[-1] + 1e-12
+        return float(np.interp(at, strain, stress))
+
+    def loop_area(self, axis: Axis, cycle: int) -> float:
+        """Return the work that a cycle keeps [J/m3]."""
+        up, down = (self.curve(axis, cycle, way) for way in ("Stretch", "Recover"))
+        return float(np.trapezoid(up[1], up[0]) - np.trapezoid(down[1], down[0]))
+
+
+def run_example(name: str, folder: Path) -> Ran:
+    result = run_protocol(EXAMPLES / name, folder / "run", lambda _share, _text: None)
+    return Ran(result, RunReader(result.folder / "run.h5"))
+
+
+@pytest.fixture(scope="module")
+def quick_pictures() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+        yield
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
+    del quick_pictures
+    return run_example("biaxial_small.yaml", tmp_path_factory.mktemp("small"))
+
+
+@pytest.fixture(scope="module")
+def main_job(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
+    del quick_pictures
+    return run_example("biaxial_cycle.yaml", tmp_path_factory.mktemp("main"))
+
+
+def test_the_small_knit_unloads_below_its_loading(small: Ran) -> None:
+    assert small.result.outcome == "target"
+    grid = np.linspace(0.02, 0.19, 18)
+    drop = {}
+    for axis in AXES:
+        up, down = (small.curve(axis, 1, way) for way in ("Stretch", "Recover"))
+        drop[axis] = np.interp(grid, *up) - np.interp(grid, *down)
+        assert small.loop_area(axis, 1) > 0.0
+    slack = 1e-4 * small.stress("W", 0.2)
+    assert np.all(drop["W"] >= -slack)
+    # Both axes strain alike, so the sum of stresses is what works. The course alone may carry a little more on
+    # the way back: friction keeps yarn that the wale gave up.
+    assert np.all(drop["C"] + drop["W"] >= -slack)
+    assert np.all(drop["C"] >= -0.02 * small.stress("C", 0.2))
+
+
+def test_the_small_knit_is_stiffer_along_the_wale(small: Ran) -> None:
+    assert small.stress("W", 0.2) > 2.0 * small.stress("C", 0.2)
+
+
+def test_the_small_knit_comes_back_without_stress(small: Ran) -> None:
+    for axis in AXES:
+        assert abs(small.stress(axis, 0.0, way="Recover")) < 1e-3 * small.stress(axis, 0.2)
+
+
+def test_the_main_job_leaves_what_it_promises(main_job: Ran) -> None:
+    assert (main_job.result.outcome, main_job.result.message) == ("target", "")
+    assert {path.name for path in main_job.result.folder.iterdir()} == {
+        "run.h5",
+        "biaxial_cycle.csv",
+        "biaxial_cycle_stress_strain.png",
+        "biaxial_cycle_knit.png",
+    }
+    names = [name for name, _, _ in main_job.result.figures]
+    for axis in AXES:
+        for cycle in (1, 2):
+            for level in ("20%", "30%", "40%"):
+                assert f"stress at {level}, {axis}, cycle {cycle}" in names
+            assert f"loop area, {axis}, cycle {cycle}" in names
+    strains = [(frame.strain_C, frame.strain_W) for frame in main_job.run.frames()]
+    assert np.array(strains) == pytest.approx(np.array(2 * [0.0, 0.2, 0.4, 0.2] + [0.0]).repeat(2).reshape(-1, 2))
+
+
+def test_the_main_job_stiffens_as_loops_lock(main_job: Ran) -> None:
+    for axis in AXES:
+        stress = [main_job.stress(axis, at) for at in (0.2, 0.3, 0.4)]
+        assert stress[1] > 3.0 * stress[0] > 0.0
+        assert stress[2] - stress[1] > 2.0 * (stress[1] - stress[0])
+
+
+def test_the_wale_is_slack_until_loops_touch_and_stiffer_in_the_end(main_job: Ran) -> None:
+    assert abs(main_job.stress("W", 0.1)) < 1e-3 * main_job.stress("W", 0.4)
+    assert main_job.stress("W", 0.1) < main_job.stress("C", 0.1)
+    assert main_job.stress("W", 0.4) > 1.5 * main_job.stress("C", 0.4)
+
+
+def test_the_main_job_dissipates_in_every_cycle(main_job: Ran) -> None:
+    for axis in AXES:
+        for cycle in (1, 2):
+            assert main_job.loop_area(axis, cycle) > 0.0
+    assert main_job.loop_area("W", 1) > main_job.loop_area("C", 1)
+
+
+def test_a_knit_that_went_slack_remembers_no_cycle(main_job: Ran) -> None:
+    # Elastic yarn and friction alone: where no loop touches, nothing is left of what was before.
+    for axis in AXES:
+        for at in (0.2, 0.3, 0.4):
+            first, second = (main_job.stress(axis, at, cycle=cycle) for cycle in (1, 2))
+            assert second == pytest.approx(first, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["small", "main_job"])
+def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest) -> None:
+    ran: Ran = request.getfixturevalue(name)
+    assert energy_balance_error(ran.run.trace) <= 0.01
+    # What friction took is the area of the loops.
+    columns, size = ran.run.trace.columns, ran.run.size
+    cycles = range(1, int(columns["cycle"].max()) + 1)
+    area = sum(ran.loop_area(axis, cycle) for axis in AXES for cycle in cycles)
+    volume = size.gauge_C * size.gauge_W * size.thickness
+    assert columns["friction_work"][-1] == pytest.approx(area * volume, rel=0.02)
+
+
+def test_every_example_is_tested() -> None:
+    assert {path.name for path in EXAMPLES.glob("*.yaml")} == {"biaxial_small.yaml", "biaxial_cycle.yaml"}

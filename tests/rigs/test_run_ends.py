@@ -1,0 +1,92 @@
+"""End runs before their time, as a user would see it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from typing import TYPE_CHECKING
+
+import pytest
+
+from app.cli import main
+from app.run_reader import RunReader
+from knitlab_core.equilibrium.newton import Options
+from knitlab_core.errors import FormatError
+from rigs.experiment import perform
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+PROTOCOL = """
+schema: knitlab/protocol@1
+name: tiny
+rig: biaxial-hook
+specimen: {knit: stockinette-default, loops: [3, 3], loop: 8 mm, material: RGD8530-DM, nodes_per_loop: 24}
+speed_ref: pair
+others: hold
+log: {rate: 5 Hz, noise: off}
+max_strain_increment: 0.002
+steps:
+  - zero: {channels: [force, displacement]}
+  - cycle: {axes: [C, W], lower: 0, upper: 0.3, rate: 0.2 mm/s, n: 200}
+"""
+
+
+def run_cli(*words: object) -> subprocess.Popen[str]:
+    # A shell's background jobs ignore SIGINT, and children inherit that.
+    code = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "import app.pictures; app.pictures.vtk_images = lambda *_, **__: 'quick'\n"
+        "from app.cli import main; sys.argv[0] = 'knitlab'; main()"
+    )
+    command = [sys.executable, "-c", code, *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
+
+
+def test_ctrl_c_keeps_what_was_recorded(tmp_path: Path) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(PROTOCOL, encoding="utf-8")
+    process = run_cli("run", protocol, "--out", tmp_path / "run", "--quiet")
+    record = tmp_path / "run" / "run.h5"
+    deadline = time.monotonic() + 240.0
+    while rows_in(record) < 10:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=240.0)
+    assert process.returncode == 130, err
+    run = RunReader(record)
+    assert run.outcome.end == "abort"
+    assert run.outcome.message == f"interrupted; {len(run.trace)} equilibria kept"
+    assert err.splitlines()[-1] == f"{protocol}: abort: {run.outcome.message}"
+    assert run.samples is not None
+    assert (tmp_path / "run" / "tiny.csv").read_bytes().count(b"\r\n") == len(run.samples.time) + 1
+
+
+def rows_in(record: Path) -> int:
+    try:
+        return len(RunReader(record).trace)
+    except (FileNotFoundError, FormatError):
+        return 0
+
+
+@pytest.mark.usefixtures("quick_pictures")
+def test_a_run_that_diverges_is_code_3_with_a_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(PROTOCOL.replace("increment: 0.002", "increment: 0.02"), encoding="utf-8")
+    monkeypatch.setattr("app.usecases.perform", partial(perform, options=Options(max_iterations=1)))
+    monkeypatch.setattr(sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet"])
+    with pytest.raises(SystemExit) as raised:
+        main()
+    assert raised.value.code == 3
+    run = RunReader(tmp_path / "run" / "run.h5")
+    assert run.outcome.end == "diverged"
+    assert len(run.trace) > 3
+    assert capsys.readouterr().err.splitlines()[-1] == f"{protocol}: diverged: {run.outcome.message}"
+    assert (tmp_path / "run" / "tiny.csv").exists()

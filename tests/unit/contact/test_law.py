@@ -1,0 +1,80 @@
+"""The normal law: exact derivatives, a smooth onset, Hertz in the middle, a barrier at the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from knitlab_core.contact.law import make_law, pair_potential, sample_weights
+from tests.contact_scenes import POISSON_RATIO, hertz
+
+LAW = make_law(POISSON_RATIO, 0.3)
+INSIDE = [-0.9 * LAW.onset, -0.2 * LAW.onset, 0.5 * LAW.onset, 1.5 * LAW.onset, 0.1, 0.3, 0.7, 0.95]
+
+
+@pytest.mark.parametrize("overlap", INSIDE)
+@pytest.mark.parametrize("order", [0, 1])
+def test_derivatives_against_differences_over_decades(overlap: float, order: int) -> None:
+    slope = pair_potential(overlap, LAW)[order + 1]
+    errors = []
+    for step in np.logspace(-3.5, -6.5, 7):
+        ahead, behind = (pair_potential(overlap + s, LAW)[order] for s in (step, -step))
+        errors.append(abs((ahead - behind) / (2.0 * step) / slope - 1.0))
+    assert min(errors) < 1e-7
+    # Central differences gain two decades a decade of step until rounding takes over.
+    assert errors[2] < 0.02 * errors[0] or errors[2] < 1e-7
+
+
+def test_value_and_slope_are_continuous_where_hertz_begins() -> None:
+    below, above = (pair_potential(LAW.onset * (1.0 + s), LAW) for s in (-1e-9, 1e-9))
+    assert below[0] == pytest.approx(above[0], rel=1e-7)
+    assert below[1] == pytest.approx(above[1], rel=1e-7)
+
+
+def test_onset_begins_with_zero_value_slope_and_curvature() -> None:
+    potential, force, stiffness = pair_potential(-LAW.onset + 1e-8, LAW)
+    assert 0.0 < potential < 1e-20
+    assert 0.0 < force < 1e-14
+    assert 0.0 < stiffness < 1e-6
+
+
+def test_force_and_stiffness_are_positive_and_force_grows_without_bound() -> None:
+    overlaps = np.linspace(-LAW.onset, LAW.overlap_limit, 4001)[1:-1]
+    potential, force, stiffness = np.transpose([pair_potential(p, LAW) for p in overlaps])
+    assert (potential > 0.0).all()
+    assert (stiffness > 0.0).all()
+    assert (np.diff(force) > 0.0).all()
+    assert pair_potential(LAW.overlap_limit * (1.0 - 1e-9), LAW)[0] > 1e6
+
+
+@pytest.mark.parametrize("share", [0.02, 0.04, 0.08])
+def test_crossed_cylinders_collapse_to_hertz(share: float) -> None:
+    # F = 2 pi (D - delta) psi(delta); the barrier adds (delta / p_max)^4.
+    delta = share * LAW.distance
+    force = 2.0 * np.pi * (LAW.distance - delta) * pair_potential(delta, LAW)[0]
+    assert force == pytest.approx(hertz(delta), rel=1.1 * (delta / LAW.overlap_limit) ** 4 + 1e-12)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.08])
+def test_collapse_against_the_double_integral(share: float) -> None:
+    height = LAW.distance * (1.0 - share)
+    s = (np.arange(400) + 0.5) / 400 * 1.2
+    distance = np.sqrt(np.add.outer(s**2, s**2) + height**2)
+    near = distance[distance < LAW.reach]
+    force = sum(pair_potential(LAW.distance - d, LAW)[1] * height / d for d in near)
+    expected = 2.0 * np.pi * height * pair_potential(LAW.distance - height, LAW)[0]
+    assert 4.0 * (1.2 / 400) ** 2 * force == pytest.approx(expected, rel=1e-3)
+
+
+def test_law_scales_with_the_effective_modulus() -> None:
+    soft, hard = make_law(0.0, 0.0), make_law(0.5, 0.0)
+    assert hard.coefficient / soft.coefficient == pytest.approx(1.0 / 0.75)
+
+
+@pytest.mark.parametrize("m", [1, 2, 9])
+def test_weights_reproduce_lines_and_the_span(m: int) -> None:
+    w = sample_weights(m)
+    assert w.shape == (m, 3)
+    assert (w > 0.0).all()
+    np.testing.assert_allclose(w.sum(axis=1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(w @ [-1.0, 0.0, 1.0], (np.arange(m) + 0.5) / m - 0.5, atol=1e-15)

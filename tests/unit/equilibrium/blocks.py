@@ -1,0 +1,47 @@
+"""Random stiffnesses in 4 x 4 node blocks, and the same as dense matrices."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.equilibrium.pattern import make_pattern
+
+if TYPE_CHECKING:
+    from knitlab_core.rods.blocks import Pattern
+
+FloatArray = NDArray[np.float64]
+
+
+def touching(*spans: tuple[int, int]) -> Candidates:
+    """Let span a touch span b with one sample pair, for each (a, b) of inner nodes."""
+    a, b = np.array(sorted(spans), dtype=np.int64).reshape(-1, 2).T
+    return Candidates(a, b, np.arange(len(a) + 1), a.copy(), b.copy())
+
+
+def random_pattern(n: int, contacts: int, seed: int) -> Pattern:
+    """Make the pattern of one rod of n nodes with contacts between random spans."""
+    rng = np.random.default_rng(seed)
+    pairs = {(int(a), int(b)) for a, b in np.sort(rng.integers(1, n - 1, (contacts, 2))) if b - a >= 3}
+    return make_pattern(n, touching(*pairs))
+
+
+def random_blocks(pattern: Pattern, seed: int, diagonal: float = 40.0) -> FloatArray:
+    """Fill the pattern with random numbers, diagonal blocks symmetric and heavy."""
+    blocks = np.random.default_rng(seed).normal(size=(pattern.rows.size, 4, 4))
+    own = pattern.diagonal
+    blocks[own] = blocks[own] + blocks[own].transpose(0, 2, 1) + diagonal * np.eye(4)
+    return blocks
+
+
+def dense(pattern: Pattern, blocks: FloatArray) -> FloatArray:
+    """Return the full symmetric matrix (4 N, 4 N)."""
+    n = pattern.diagonal.size
+    full = np.zeros((n, 4, n, 4))
+    for i, j, block in zip(pattern.rows, pattern.columns, blocks, strict=True):
+        full[i, :, j, :] = block
+        full[j, :, i, :] = block.T
+    return full.reshape(4 * n, 4 * n)
