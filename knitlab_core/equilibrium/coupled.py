@@ -5,6 +5,7 @@ the rest. Without it Newton's iteration on friction only creeps.
 """
 
 from collections.abc import Callable
+from math import hypot
 
 import numpy as np
 
@@ -14,7 +15,7 @@ MAX_KRYLOV = 30
 
 
 def solve_coupled(apply: Callable[[FloatArray], FloatArray], start: FloatArray, tolerance: float) -> FloatArray:
-    """Solve x + C x = b by GMRES without restart.
+    """Solve x + C x = b by GMRES without restart (Saad & Schultz 1986).
 
     Parameters
     ----------
@@ -28,23 +29,29 @@ def solve_coupled(apply: Callable[[FloatArray], FloatArray], start: FloatArray, 
     size = float(np.linalg.norm(start))
     if size == 0.0:
         return start
-    basis = [start / size]
-    h = np.zeros((MAX_KRYLOV + 1, MAX_KRYLOV))
-    y: FloatArray = np.zeros(0)
+    basis = np.empty((MAX_KRYLOV + 1, start.size))
+    basis[0] = start.ravel() / size
+    # Givens rotations keep the small system triangular, so that its residual is known as it grows.
+    triangle = np.zeros((MAX_KRYLOV, MAX_KRYLOV))
+    turns: list[tuple[float, float]] = []
+    right = [size]
     for k in range(MAX_KRYLOV):
-        v: FloatArray = basis[k] + apply(basis[k])
-        for i in range(k + 1):
-            h[i, k] = np.vdot(basis[i], v)
-            v = v - h[i, k] * basis[i]
-        h[k + 1, k] = np.linalg.norm(v)
-        b = np.zeros(k + 2)
-        b[0] = size
-        y = np.asarray(np.linalg.lstsq(h[: k + 2, : k + 1], b, rcond=None)[0], dtype=np.float64)
-        rest = np.linalg.norm(h[: k + 2, : k + 1] @ y - b)
-        if rest <= tolerance * size or h[k + 1, k] <= 1e-14 * size:
+        v = basis[k] + apply(basis[k].reshape(start.shape)).ravel()
+        column = basis[: k + 1] @ v
+        v -= column @ basis[: k + 1]
+        rest = float(np.linalg.norm(v))
+        for i, (c, s) in enumerate(turns):
+            column[i], column[i + 1] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
+        length = hypot(column[k], rest)
+        c, s = column[k] / length, rest / length
+        turns.append((c, s))
+        column[k] = length
+        triangle[: k + 1, k] = column
+        right[k:] = [c * right[k], -s * right[k]]
+        if abs(right[k + 1]) <= tolerance * size or rest <= 1e-14 * size:
             break
-        basis.append(v / h[k + 1, k])
-    x = np.zeros_like(start)
-    for factor, direction in zip(y, basis, strict=False):
-        x += factor * direction
+        basis[k + 1] = v / rest
+    n = len(turns)
+    y = np.linalg.solve(triangle[:n, :n], np.array(right[:n]))
+    x: FloatArray = (y @ basis[:n]).reshape(start.shape)
     return x

@@ -18,7 +18,7 @@ from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, planar_specimen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from knitlab_core.equilibrium.newton import Options
 
@@ -76,11 +76,6 @@ class Knit:
         return np.unique(np.concatenate([self.specimen.sites[edge] for edge, _, _ in EDGES]))
 
 
-def printed(specimen: Specimen) -> FloatArray:
-    """Return the nodes (N, 3) of a specimen as they come: on the printed curve."""
-    return specimen.nodes
-
-
 def make_knit(
     size: int,
     *,
@@ -88,13 +83,12 @@ def make_knit(
     loop_width: float = LOOP_WIDTH,
     young_modulus: float = YOUNG_MODULUS,
     nodes_per_loop: int = 48,
-    place: Callable[[Specimen], FloatArray] = printed,
 ) -> Knit:
-    """Make size x size loops of the default stockinette with pins on its edges; `place` gives its nodes."""
+    """Make size x size loops of the default stockinette with pins on its edges."""
     stitch = NAMED_STITCHES["stockinette-default"]
     specimen = planar_specimen(stitch, rows=size, loops=size, loop_width=loop_width, nodes_per_loop=nodes_per_loop)
     model, start = make_model(
-        [place(specimen)],
+        [specimen.nodes],
         radius=specimen.radius,
         young_modulus=young_modulus,
         poisson_ratio=POISSON_RATIO,
@@ -111,26 +105,28 @@ def make_knit(
 def pull(
     knit: Knit, strains: Sequence[float], *, steps: int, options: Options | None = None
 ) -> tuple[list[Row], State]:
-    """Go from strain to strain in so many steps each, from the knit as made; return what was measured and the end."""
+    """Go from strain to strain in so many steps each, from the knit as made; return a row per step and the end.
+
+    A step that the march had to cut is one row all the same: rows up and down stand at the same strains.
+    """
     work, state, rows = Workspace(knit.model), knit.start, [Row(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)]
     joule = knit.model.scales.energy
-    for begin, end in pairwise([0.0, *strains]):
+    marks = [np.linspace(begin, end, steps + 1) for begin, end in pairwise([0.0, *strains])]
+    for begin, end in (pair for stroke in marks for pair in pairwise(stroke)):
 
-        def strain(s: float, begin: float = begin, end: float = end) -> float:
-            return begin + (end - begin) * s
+        def path(s: float, begin: float = begin, end: float = end) -> FloatArray:
+            return knit.target(begin + (end - begin) * s)
 
-        path = march(work, state, lambda s: knit.target(strain(s)), longest=1.0 / steps, options=options)
-        for s, found, _ in path:
-            state = found
-            rows.append(
-                Row(
-                    strain=strain(s),
-                    force=knit.force(state),
-                    external_work=joule * state.external_work,
-                    friction_work=joule * state.friction_work,
-                    energy=joule * float(state.energies.sum()),
-                )
+        *_, (_, state, _) = march(work, state, path, longest=1.0, options=options)
+        rows.append(
+            Row(
+                strain=float(end),
+                force=knit.force(state),
+                external_work=joule * state.external_work,
+                friction_work=joule * state.friction_work,
+                energy=joule * float(state.energies.sum()),
             )
+        )
     return rows, state
 
 

@@ -27,7 +27,7 @@ class Pulled(NamedTuple):
 
 def _pulled(young_modulus: float = YOUNG_MODULUS, size: float = 1.0) -> Pulled:
     knit = make_knit(2, young_modulus=young_modulus, loop_width=size * LOOP_WIDTH)
-    rows, _ = pull(knit, [0.3, 0.2], steps=10, options=TIGHT)
+    rows, _ = pull(knit, [0.3, 0.2], steps=20, options=TIGHT)
     extent = np.ptp(knit.specimen.nodes, axis=0) + 2.0 * knit.specimen.radius
     return Pulled(np.array([row.force for row in rows[1:]]), float(extent[0]), float(extent[2]))
 

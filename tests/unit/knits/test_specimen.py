@@ -66,7 +66,7 @@ def test_edges_of_the_nodes_are_little_longer_than_the_yarn() -> None:
     edges = np.linalg.norm(np.diff(KNIT.nodes, axis=0), axis=-1)
     # Most where edges of two lengths meet, and nodes shift along the yarn.
     assert np.abs(edges / np.diff(KNIT.arc_lengths) - 1.0).max() < 0.05
-    assert edges.sum() == pytest.approx(KNIT.yarn_length, rel=2e-3)
+    assert edges.sum() == pytest.approx(KNIT.yarn_length, rel=5e-3)
 
 
 def test_a_row_of_loops_repeats_node_by_node_inside_the_knit() -> None:
