@@ -175,6 +175,7 @@ def march(
             continue
         at, state = to, found
         yield at, state, report
-        if step < whole and report.iterations <= EASY:
-            # Steps are halves of the whole one, so they fall back on its grid.
+        doubled = at / (2.0 * step)
+        # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
+        if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)

@@ -13,6 +13,9 @@ from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.units import Scales
 
+SLIP = 0.02
+"""Elastic slip before sliding [r]: a contact approaches by as much, and the loop area is within 7 % of its limit."""
+
 SAMPLE_SPACING = 2.0 / 9.0
 """Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""
 
@@ -82,7 +85,7 @@ def make_model(
     friction: float,
     straight: bool = False,
     sample_spacing: float = SAMPLE_SPACING,
-    slip: float = 0.05,
+    slip: float = SLIP,
 ) -> tuple[Model, State]:
     """Make the model of strands of one fibre and their state as given, free of stress.
 

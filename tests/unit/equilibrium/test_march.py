@@ -54,7 +54,6 @@ def test_a_failed_step_is_halved_until_it_succeeds(monkeypatch: pytest.MonkeyPat
     assert found[-1] == 1.0
 
 
-@pytest.mark.xfail(reason="a step grows where the grid of the grown step is not met")
 def test_steps_grow_again_and_fall_back_on_the_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     found = walk(Road(longest=1 / 32, rough=(0.25, 0.375)), monkeypatch, 0.125)
     assert found[-1] == 1.0
