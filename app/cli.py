@@ -95,7 +95,10 @@ def _root(
     """Take the options that stand before a command."""
 
 
-@knitlab.command(epilog="\b\nExample:\n  knitlab check examples/biaxial_cycle.yaml")
+@knitlab.command(
+    short_help="Say what a protocol would do, without physics.",
+    epilog="\b\nExample:\n  knitlab check examples/biaxial_cycle.yaml",
+)
 def check(protocol: ProtocolPath, *, as_json: AsJson = False) -> None:
     """Say what a protocol would do: strokes, duration, rows, limits, arc-length budget. No physics.
 
@@ -113,7 +116,10 @@ def check(protocol: ProtocolPath, *, as_json: AsJson = False) -> None:
     _warn(protocol, plan.warnings)
 
 
-@knitlab.command(epilog="\b\nExample:\n  knitlab preview examples/biaxial_cycle.yaml --out pictures")
+@knitlab.command(
+    short_help="Draw the knit of a protocol; its clearance and yarn length.",
+    epilog="\b\nExample:\n  knitlab preview examples/biaxial_cycle.yaml --out pictures",
+)
 def preview(
     protocol: ProtocolPath,
     *,
@@ -145,8 +151,9 @@ def preview(
 
 
 @knitlab.command(
+    short_help="Run a protocol into a run folder.",
     epilog="\b\nExamples:\n  knitlab run examples/biaxial_cycle.yaml --out runs/first\n"
-    "  knitlab run examples/biaxial_small.yaml --quiet --json"
+    "  knitlab run examples/biaxial_small.yaml --quiet --json",
 )
 def run(
     protocol: ProtocolPath,
@@ -179,7 +186,10 @@ def run(
     raise typer.Exit(exit_code(result))
 
 
-@knitlab.command(epilog="\b\nExample:\n  knitlab schema > protocol.schema.json")
+@knitlab.command(
+    short_help="Print the JSON Schema of protocol files.",
+    epilog="\b\nExample:\n  knitlab schema > protocol.schema.json",
+)
 def schema() -> None:
     """Print the JSON Schema of protocol files, for editors that complete and check YAML."""
     from app.schemas import json_schema  # noqa: PLC0415

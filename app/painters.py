@@ -77,8 +77,8 @@ def vtk_images(
 
     Returns
     -------
-    list of arrays, shape (height, width, 4), or str
-        RGBA images; or why there are none.
+    list of arrays, shape (height, width, 3), or str
+        RGB images; or why there are none.
     """
     if find_spec("pyvista") is None:
         return "pyvista is not installed (extra 'pictures')"

@@ -20,13 +20,12 @@ if TYPE_CHECKING:
 
     from app.run_reader import RunReader
     from knitlab_core.knits import Specimen
-    from rigs.record import FloatArray, Frame
+    from rigs.record import Frame
 
 AXIAL = "axial strain of the yarn [%]"
 #: Light to dark and sound for colour-blind readers; at rest the yarn is pale and its crossings show.
 COLOURS = "YlOrRd"
 DPI = 200
-OVERSAMPLE = 1.5
 MARK = 0.2
 MARK_SLACK = 0.005
 SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"}
@@ -37,33 +36,6 @@ class Picture(NamedTuple):
 
     path: Path
     note: str
-
-
-def knit_picture(
-    nodes: FloatArray, radius: float, scalar: FloatArray, path: Path, *, title: str, label: str = AXIAL
-) -> Picture:
-    """Draw one shape of a knit.
-
-    Parameters
-    ----------
-    nodes : FloatArray, shape (N, 3)
-        Node positions [m].
-    radius : float
-        Radius of the yarn [m].
-    scalar : FloatArray, shape (N - 1,) or (N,)
-        What the colour shows, per edge or node, in the unit of the label.
-    path : Path
-        Where the PNG shall stand.
-    title, label : str
-        Words above the knit and beside the colour bar.
-
-    Returns
-    -------
-    Picture
-        The path, and a note if VTK did not paint it.
-    """
-    figure, note = draw([tube(nodes, scalar, radius)], [title], label)
-    return Picture(_save(figure, path), note)
 
 
 def knit_frames(run: RunReader, path: Path) -> Picture:
@@ -177,15 +149,16 @@ def draw(tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str 
     row[0].set_ylabel("wale [mm]")
     bar = figure.colorbar(scale, cax=row[-1].inset_axes((1.03, 0.0, 0.035, 1.0)))
     bar.set_label(label, fontsize=12)
-    pixels = OVERSAMPLE * DPI * panel / width
+    # Laid out now, so that an image has the pixels its place on the page has.
+    figure.draw_without_rendering()
+    pixels = DPI * row[0].get_position().width * figure.get_figwidth() / width
     images = vtk_images(tubes, window, pixels=pixels, limits=limits, colours=colours)
     if isinstance(images, str):
-        figure.draw_without_rendering()
         for axes, one in zip(row, tubes, strict=True):
             paint_lines(axes, one, window, scale)
         return figure, f"drawn with matplotlib: {images}"
     for axes, image in zip(row, images, strict=True):
-        axes.imshow(image, extent=window, interpolation="antialiased", zorder=2)
+        axes.imshow(image, extent=window, interpolation="nearest", zorder=2)
     return figure, ""
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Fact = tuple[str, str | int | float]
 
-PACKAGES: Final = ("knitlab", "numpy", "scipy", "numba", "qdldl", "h5py")
+PACKAGES: Final = ("knitlab", "numpy", "scipy", "numba", "h5py")
 
 
 def provenance(protocol: Protocol, data: BiaxialData) -> dict[str, str | int | float]:

@@ -50,6 +50,7 @@ class Curves:
             measured = run.samples.measured
             self.travel = {axis: measured[f"{letter}Displacement"] for axis, letter in LETTERS.items()}
             self.force = {axis: measured[f"{letter}Force"] for axis, letter in LETTERS.items()}
+            self._offset = np.stack(list(run.samples.offset.values()))
             return
         columns = run.trace.columns
         if not len(run.trace):
@@ -58,18 +59,21 @@ class Curves:
         self.phase = run.trace.phase
         self.travel = {axis: columns[f"displacement_{axis}"] for axis in LETTERS}
         self.force = {axis: columns[f"force_{axis}"] for axis in LETTERS}
+        self._offset = np.zeros((1, len(self.time)))
 
     def stress_strain(self, axis: Axis) -> tuple[FloatArray, FloatArray]:
         """Return effective strain [1] and stress [Pa] of an axis."""
         return stress_strain(self.travel[axis], self.force[axis], axis, self.size)
 
     def branches(self) -> Iterator[tuple[int, str, IntArray]]:
-        """Yield cycle, line style and rows of every loading and unloading."""
+        """Yield cycle, line style and rows of every loading and unloading, parted where a channel was zeroed."""
         for cycle in np.unique(self.cycle):
             for phase, style, _ in WAYS:
                 rows = branch(self.phase, self.cycle, int(cycle), [phase])
-                if len(rows):
-                    yield int(cycle), style, rows
+                zeroed = np.any(np.diff(self._offset[:, rows]) != 0.0, axis=0)
+                for piece in np.split(rows, np.flatnonzero(zeroed) + 1):
+                    if len(piece) > 1:
+                        yield int(cycle), style, piece
 
 
 def stress_strain_plot(run: RunReader, path: Path) -> Path:
@@ -131,19 +135,27 @@ def _plot_loops(axes: Axes, curves: Curves) -> None:
     for axis, colour in COLOURS.items():
         strain, stress = curves.stress_strain(axis)
         for cycle, style, rows in curves.branches():
-            width, strength = _cycle_look(cycles.index(cycle))
-            axes.plot(100 * strain[rows], 1e-3 * stress[rows], style, color=colour, lw=width, alpha=strength)
+            width, share = _cycle_look(cycles.index(cycle))
+            axes.plot(100 * strain[rows], 1e-3 * stress[rows], style, color=_tint(colour, share), lw=width)
     axes.set_xlabel("effective strain [%]", fontsize=12)
     axes.set_ylabel("effective stress [kPa]  (thickness 1 mm)", fontsize=12)
     handles = [Line2D([], [], color=colour, lw=2.5, label=NAMES[axis]) for axis, colour in COLOURS.items()]
     for index, cycle in enumerate(cycles[:4]):
-        width, strength = _cycle_look(index)
+        width, share = _cycle_look(index)
         more = " and on" if index == 3 and len(cycles) > 4 else ""
-        handles.append(Line2D([], [], color="black", lw=width, alpha=strength, label=f"cycle {cycle}{more}"))
+        handles.append(Line2D([], [], color=_tint("black", share), lw=width, label=f"cycle {cycle}{more}"))
     handles += [Line2D([], [], color="black", ls=style, lw=1.5, label=way) for _, style, way in WAYS]
     axes.legend(handles=handles, frameon=False, fontsize=11, loc="upper left")
 
 
 def _cycle_look(index: int) -> tuple[float, float]:
-    """Return line width and opacity: the first cycle stands out, later ones grow lighter."""
-    return (2.4, 1.0) if index == 0 else (1.3, max(0.75 - 0.15 * (index - 1), 0.3))
+    """Return line width and share of the full colour: later cycles lie thin and light upon the first."""
+    return (3.2, 1.0) if index == 0 else (1.1, max(0.45 - 0.1 * (index - 1), 0.2))
+
+
+def _tint(colour: str, share: float) -> tuple[float, float, float]:
+    """Return a colour thinned with white; `share` of it is left [1]."""
+    from matplotlib.colors import to_rgb  # noqa: PLC0415
+
+    red, green, blue = (1.0 - share * (1.0 - part) for part in to_rgb(colour))
+    return red, green, blue

@@ -12,15 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 
-def make_run_folder(wanted: Path, *, force: bool = False) -> Path:
+def make_run_folder(wanted: Path) -> Path:
     """Create a folder for a run, under the next free name if the wanted one is in use.
 
     Parameters
     ----------
     wanted : Path
         ``runs/biaxial``; an empty folder of that name counts as free.
-    force : bool
-        Whether to use the folder even if there is a run in it.
 
     Returns
     -------
@@ -33,7 +31,7 @@ def make_run_folder(wanted: Path, *, force: bool = False) -> Path:
         try:
             folder.mkdir()
         except FileExistsError:
-            if folder.is_dir() and (force or not any(folder.iterdir())):
+            if folder.is_dir() and not any(folder.iterdir()):
                 return folder
             number += 1
             folder = wanted.with_name(f"{wanted.name}-{number}")

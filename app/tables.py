@@ -172,7 +172,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
         ("hook to hook", ", ".join(f"{axis} {1e3 * facts.gauge_lengths[axis]:.4g} mm" for axis in AXES)),
-        ("locking strain", f"{facts.locking_strain:.1%}, equibiaxial (estimate, +-0.013)"),
+        ("arc-length budget", f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"),
     ):
         table.add_row(name, text)
     _stdout().print(table)

@@ -129,15 +129,23 @@ def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], 
     ProtocolError
         For whatever is wrong with the protocol, in one line.
     """
-    began = perf_counter()
     loaded = load(path)
+    if cache_is_cold():
+        sys.stderr.write(FIRST_RUN)
+    result = _test(loaded, RUNS / loaded.protocol.name if out is None else out, progress)
+    _publish(result.folder, loaded.protocol.name, progress)
+    return result
+
+
+def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) -> RunResult:
+    """Do the test of a protocol and write its record, ``run.h5``."""
+    began = perf_counter()
     protocol = loaded.protocol
     specimen = build_specimen(loaded)
     data = read_biaxial_data()
     stage, state = mount(specimen, protocol, data)
-    folder = make_run_folder(RUNS / protocol.name if out is None else out)
-    if cache_is_cold():
-        sys.stderr.write(FIRST_RUN)
+    folder = make_run_folder(wanted)
+    figures: tuple[Figure, ...] = ()
     with RunWriter(
         folder / "run.h5",
         protocol=loaded.text,
@@ -151,13 +159,11 @@ def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], 
         outcome = _located(loaded, lambda: journal.record(perform(stage, state, protocol)))
         if journal.rows:
             trace, log = trace_of(journal.rows), protocol.log
-            samples = measure(stage.instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
-            writer.write_samples(samples)
+            writer.write_samples(
+                measure(stage.instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
+            )
+            figures = run_figures(trace, stage.size, journal.zeroings, perf_counter() - began)
         writer.finish(outcome)
-    figures: tuple[Figure, ...] = ()
-    if journal.rows:
-        figures = run_figures(trace, stage.size, journal.zeroings, perf_counter() - began)
-        _publish(folder, protocol.name, progress)
     return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
 
 
@@ -170,8 +176,10 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
 
 
 def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) -> None:
-    """Write the views of a record: the stage's log, the plot, the pictures."""
+    """Write the views of a record that has rows: the stage's log, the plot, the pictures."""
     run = RunReader(folder / "run.h5")
+    if not len(run.trace):
+        return
     progress(TESTED, "writing the log")
     export_log(run, folder / f"{name}.csv")
     progress(TESTED, "plotting")

@@ -7,19 +7,29 @@ must not be the one which holds a run.
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING, TypeAlias
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 import pyvista
 from scipy.ndimage import gaussian_filter, maximum_filter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+FloatImage: TypeAlias = npt.NDArray[np.float32]
 
 SHADE = 0.55
 # Direction of each lamp from the knit, and its strength: nearly from the eye, so that slopes do not pass for strain.
 LAMPS = (((-0.25, 0.3, 1.0), 0.7), ((0.3, -0.25, 1.0), 0.35))
+# Rendered pixels along a pixel of the image; a software renderer's own smoothing costs three times as much.
+FINENESS = 2
+SIDES = 16
 
 
-def paint(scene: np.lib.npyio.NpzFile) -> list[np.ndarray]:
-    """Render every tube of a scene from above, to scale.
+def paint(scene: np.lib.npyio.NpzFile) -> Iterator[npt.NDArray[np.uint8]]:
+    """Render every tube of a scene from above, to scale, on white.
 
     Parameters
     ----------
@@ -27,22 +37,33 @@ def paint(scene: np.lib.npyio.NpzFile) -> list[np.ndarray]:
         ``window`` (x₀, x₁, y₀, y₁) [mm], ``pixels`` per mm, ``limits`` of the colours, ``colours`` (name of the
         map), and ``points_k``, ``values_k``, ``radius_k`` of tube k.
 
-    Returns
-    -------
-    list of arrays, shape (height, width, 4)
-        RGBA images that fill the window.
+    Yields
+    ------
+    array, shape (height, width, 3)
+        RGB image that fills the window.
     """
     x0, x1, y0, y1 = scene["window"]
-    size = [round(float(scene["pixels"]) * length) for length in (x1 - x0, y1 - y0)]
-    images = []
+    fine = FINENESS * float(scene["pixels"])
+    size = [FINENESS * round(float(scene["pixels"]) * length) for length in (x1 - x0, y1 - y0)]
+    plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+    plotter.disable_anti_aliasing()
+    plotter.background_color = pyvista.Color("white")
+    for position, strength in LAMPS:
+        plotter.add_light(pyvista.Light(position=position, light_type="camera light", intensity=strength))
+    plotter.camera.parallel_projection = True
+    middle = ((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
+    plotter.camera.focal_point = middle
+    plotter.camera.position = (*middle[:2], 10 * (y1 - y0))
+    plotter.camera.up = (0.0, 1.0, 0.0)
+    plotter.camera.parallel_scale = (y1 - y0) / 2
     for k in range(int(scene["count"])):
-        plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
-        _light(plotter)
-        points = scene[f"points_{k}"]
-        line = pyvista.MultipleLines(points)
+        radius = float(scene[f"radius_{k}"])
+        line = pyvista.MultipleLines(scene[f"points_{k}"])
         line["value"] = scene[f"values_{k}"]
         plotter.add_mesh(
-            line.tube(radius=float(scene[f"radius_{k}"]), n_sides=18),
+            line.tube(radius=radius, n_sides=SIDES),
+            name="yarn",
+            reset_camera=False,
             scalars="value",
             cmap=mpl.colormaps[str(scene["colours"])],
             clim=tuple(scene["limits"]),
@@ -53,27 +74,19 @@ def paint(scene: np.lib.npyio.NpzFile) -> list[np.ndarray]:
             specular=0.25,
             specular_power=18,
         )
-        plotter.camera.parallel_projection = True
-        middle = ((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
-        plotter.camera.focal_point = middle
-        plotter.camera.position = (*middle[:2], 10 * (y1 - y0))
-        plotter.camera.up = (0.0, 1.0, 0.0)
-        plotter.camera.parallel_scale = (y1 - y0) / 2
         plotter.reset_camera_clipping_range()
-        image = plotter.screenshot(transparent_background=True, return_img=True)
-        radius = float(scene[f"radius_{k}"])
-        images.append(shade(np.asarray(image), np.asarray(plotter.get_image_depth()), radius, float(scene["pixels"])))
-        plotter.close()
-    return images
+        image = np.asarray(plotter.screenshot(return_img=True))
+        yield shrink(shade(image, np.asarray(plotter.get_image_depth()), radius, fine))
+    plotter.close()
 
 
-def shade(image: np.ndarray, depth: np.ndarray, radius: float, pixels: float) -> np.ndarray:
+def shade(image: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], radius: float, pixels: float) -> FloatImage:
     """Darken what lies close beside and below something, so that over and under are told apart.
 
     Parameters
     ----------
-    image : array, shape (height, width, 4)
-        RGBA image.
+    image : array, shape (height, width, 3)
+        RGB image.
     depth : array, shape (height, width)
         Height of what is seen [mm], rising to the eye; NaN where there is nothing.
     radius : float
@@ -83,24 +96,24 @@ def shade(image: np.ndarray, depth: np.ndarray, radius: float, pixels: float) ->
 
     Returns
     -------
-    array, shape (height, width, 4)
+    array, shape (height, width, 3)
         The image with shade.
     """
     height = np.where(np.isnan(depth), -1e3, depth).astype(np.float32)
     reach = 0.5 * radius * pixels
     above = maximum_filter(height, size=2 * round(reach) + 1) - height
     dark = gaussian_filter(np.clip(above / radius - 0.8, 0.0, 1.0), 0.4 * reach)
-    shaded = image.astype(float)
-    shaded[..., :3] *= (1 - SHADE * np.where(np.isnan(depth), 0.0, dark))[..., None]
-    return np.round(shaded).astype(np.uint8)
+    light = 1 - np.float32(SHADE) * np.where(np.isnan(depth), np.float32(0.0), dark)
+    return image * light[..., None]
 
 
-def _light(plotter: pyvista.Plotter) -> None:
-    for position, strength in LAMPS:
-        plotter.add_light(pyvista.Light(position=position, light_type="camera light", intensity=strength))
+def shrink(image: FloatImage) -> npt.NDArray[np.uint8]:
+    """Average squares of `FINENESS` pixels: edges come out smooth."""
+    height, width, colours = image.shape
+    squares = image.reshape(height // FINENESS, FINENESS, width // FINENESS, FINENESS, colours)
+    return np.asarray(np.round(squares.mean(axis=(1, 3))), dtype=np.uint8)
 
 
 if __name__ == "__main__":
     with np.load(sys.argv[1]) as given:
-        painted = paint(given)
-    np.savez(sys.argv[2], *painted)
+        np.savez(sys.argv[2], *paint(given))

@@ -74,13 +74,15 @@ def timed(repeats: int) -> dict[str, Any]:
         stage, rows = first_cycle()
         wall = perf_counter() - began
         solved = [row for row in rows if row.iterations]
-        runs.append({
-            "wall": wall,
-            "steps": len(solved),
-            "iterations": sum(row.iterations for row in rows),
-            "factorisations": sum(row.factorisations for row in rows),
-            "parts": {part: stage.work.clock.seconds.get(part, 0.0) for part in PARTS},
-        })
+        runs.append(
+            {
+                "wall": wall,
+                "steps": len(solved),
+                "iterations": sum(row.iterations for row in rows),
+                "factorisations": sum(row.factorisations for row in rows),
+                "parts": {part: stage.work.clock.seconds.get(part, 0.0) for part in PARTS},
+            }
+        )
     middle = sorted(runs, key=lambda run: float(run["wall"]))[len(runs) // 2]
     return {**middle, "wall": median(float(run["wall"]) for run in runs), "memory": peak_memory()}
 

@@ -173,6 +173,11 @@ def hysteresis(strain: FloatArray, stress: FloatArray) -> float:
     return loop_area(strain, stress) / loading if loading > 0 else float("nan")
 
 
+def _is_closed(strain: FloatArray) -> bool:
+    """Tell whether a path comes back to the strain it set out from, to a thousandth of its range."""
+    return bool(abs(strain[-1] - strain[0]) <= 1e-3 * np.ptp(strain))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleFigures:
     """Hold the figures of one axis over one cycle.
@@ -188,7 +193,7 @@ class CycleFigures:
     loading_work : float
         Work of loading [J/m³].
     loop_area : float
-        Dissipated energy density [J/m³]; ``nan`` if the cycle was not closed.
+        Dissipated energy density [J/m³]; ``nan`` if the cycle did not come back to where it set out from.
     hysteresis : float
         Share of the loading work that was dissipated [1].
     """
@@ -230,7 +235,7 @@ def cycle_figures(
     for number in np.unique(cycle[np.isin(np.asarray(phase), ["Stretch"])]):
         up = branch(phase, cycle, int(number), ["Stretch"])
         loop = branch(phase, cycle, int(number), ["Stretch", "Hold", "Recover"])
-        closed = len(branch(phase, cycle, int(number), ["Recover"])) > 0
+        closed = _is_closed(strain[loop])
         found.append(
             CycleFigures(
                 axis=axis,

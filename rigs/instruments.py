@@ -128,13 +128,13 @@ def overloaded(instrument: Instrument, row: Equilibrium) -> Channel | None:
     return None
 
 
+def _shown(channel: Channel, felt: FloatArray, seed: int) -> FloatArray:
+    """Return what a channel without a limit would show: noise, and whole digits."""
+    return quantise(add_noise(felt, channel.noise, seed=seed, name=channel.name), channel.resolution)
+
+
 def measure(
-    instrument: Instrument,
-    trace: Trace,
-    *,
-    seed: int,
-    noise: bool = True,
-    zeroings: Sequence[Zeroing] = (),
+    instrument: Instrument, trace: Trace, *, seed: int, noise: bool = True, zeroings: Sequence[Zeroing] = ()
 ) -> Samples:
     """Log a run of equilibria with an instrument.
 
@@ -168,9 +168,7 @@ def measure(
     clean, measured, offset, overloads = {}, {}, {}, []
     for channel in instrument.channels:
         felt = interpolate(times, trace.columns[channel.reads], stroke, at)
-        read = felt
-        if noise:
-            read = quantise(add_noise(felt, channel.noise, seed=seed, name=channel.name), channel.resolution)
+        read = _shown(channel, felt, seed) if noise else felt
         held = saturate(read, channel.limit)
         if np.any(held != read):
             overloads.append(channel.name)

@@ -15,8 +15,8 @@ from rigs.protocol import AXES, Axis, Channel, Cycle, Hold, Preload, Protocol, R
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping
 
-    from knitlab_core.knits import Specimen
-    from rigs.record import Phase
+    from knitlab_core.knits import SiteSet, Specimen
+    from rigs.record import FloatArray, Phase
 
 Move: TypeAlias = Zero | Preload | Ramp | Hold
 
@@ -120,11 +120,18 @@ def moves(steps: Iterable[Step]) -> Iterator[Move]:
 
 
 def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
-    """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m]."""
-    nodes, sites = specimen.nodes, specimen.sites
+    """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
+
+    A site is a place on the printed yarn. The node that stands for it lies beside the yarn, the further the coarser
+    the mesh.
+    """
+    at: dict[SiteSet, FloatArray] = {}
+    for name, nodes in specimen.sites.items():
+        places = specimen.centreline.position(specimen.arc_lengths[nodes] / specimen.loop_width)
+        at[name] = specimen.loop_width * places.mean(axis=0)
     return {
-        "C": float(nodes[sites["course+"], 0].mean() - nodes[sites["course-"], 0].mean()),
-        "W": float(nodes[sites["wale+"], 1].mean() - nodes[sites["wale-"], 1].mean()),
+        "C": float(at["course+"][0] - at["course-"][0]),
+        "W": float(at["wale+"][1] - at["wale-"][1]),
     }
 
 

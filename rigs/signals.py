@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from knitlab_core.errors import SpecificationError
 
@@ -66,6 +65,8 @@ def interpolate(time: FloatArray, values: FloatArray, stroke: IntArray, at: Floa
     FloatArray, shape (m,)
         Values, in the unit of the rows.
     """
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (11 MB that a test need not carry to its end)
+
     result = np.full(at.shape, values[0])
     for index in np.unique(stroke):
         rows = np.flatnonzero(stroke == index)
@@ -113,12 +114,12 @@ def saturate(values: FloatArray, limit: float) -> FloatArray:
 
 
 def zero_offset(time: FloatArray, values: FloatArray, zeroed: Sequence[float]) -> FloatArray:
-    """Return what zeroing takes off every sample: the reading at the last zeroing before it.
+    """Return what zeroing takes off every reading: the one at the last zeroing before it.
 
     Parameters
     ----------
     time, values : FloatArray, shape (n,)
-        Samples of one channel.
+        Readings of one channel; times [s] do not fall.
     zeroed : sequence of float
         Times at which the channel was zeroed, rising [s].
 
@@ -129,7 +130,9 @@ def zero_offset(time: FloatArray, values: FloatArray, zeroed: Sequence[float]) -
     """
     offset = np.zeros_like(values)
     for moment in zeroed:
-        first = int(np.searchsorted(time, moment - 1e-9))
+        # Of rows at that moment the last one counts: those before it still belong to the stroke that led there.
+        at_or_after, beyond = np.searchsorted(time, [moment - 1e-9, moment + 1e-9])
+        first = max(int(at_or_after), int(beyond) - 1)
         if first < len(time):
             offset[first:] = values[first]
     return offset

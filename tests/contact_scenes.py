@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.contact.forces import contact_energy, contact_gradient, lag
-from knitlab_core.contact.friction import Memory, recall
+from knitlab_core.contact.forces import contact_energy, contact_gradient, elastic_slip, lag
+from knitlab_core.contact.friction import Memory, recall, settle
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
+from knitlab_core.contact.slip import Placed, material_frames, opened, place_edges
 from knitlab_core.equilibrium.model import SAMPLE_SPACING, make_model
+from knitlab_core.rods.frames import follow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from knitlab_core.contact.forces import PairState
     from knitlab_core.contact.neighbours import Candidates
     from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.rods.frames import Frames
 
 POISSON_RATIO: Final = 0.37
 EDGE: Final = 2.0
@@ -57,36 +60,68 @@ def unit_model(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Touch:
-    """Pairs of a model as they stand between a last equilibrium and now."""
+    """Pairs of a model as they stand between a last equilibrium and now.
+
+    `frames` are those of the last equilibrium, `base` its samples and `base_frames` (N, 3, 3) its material frames.
+    """
 
     model: Model
     base: FloatArray
+    frames: Frames
+    base_frames: FloatArray
     candidates: Candidates
     pairs: PairState
 
-    def points(self, q: FloatArray) -> FloatArray:
-        """Return the samples (N m, 3)."""
-        return sampled(self.model, q)
+    def follow(self, q: FloatArray, source: Frames | None = None) -> Frames:
+        """Return the frames at `q`, carried there from `source`, by default from the last equilibrium."""
+        source = self.frames if source is None else source
+        target = source.copy()
+        follow(q, self.model.rods.has_edge, source, target)
+        return target
 
-    def energies(self, q: FloatArray) -> tuple[float, float]:
+    def placed(self, q: FloatArray, source: Frames | None = None) -> Placed:
+        """Return samples and edges at `q`."""
+        found = Placed.zeros(len(q), len(self.base))
+        sample_points(q, self.model.samples, found.points)
+        place_edges(q, self.model.rods.has_edge, self.follow(q, source), self.base_frames, found)
+        return found
+
+    def energies(self, q: FloatArray, source: Frames | None = None) -> tuple[float, float]:
         """Return normal and frictional energy."""
         m = self.model
-        return contact_energy(self.points(q), self.base, self.candidates, m.samples.length, m.law, self.pairs)
+        return contact_energy(self.placed(q, source), self.candidates, m.samples.length, m.law, self.pairs)
 
-    def energy(self, q: FloatArray) -> float:
+    def energy(self, q: FloatArray, source: Frames | None = None) -> float:
         """Return their sum."""
-        return sum(self.energies(q))
+        return sum(self.energies(q, source))
 
-    def gradient(self, q: FloatArray) -> FloatArray:
+    def gradient(self, q: FloatArray, source: Frames | None = None) -> FloatArray:
         """Return the gradient (N, 4)."""
         m = self.model
         out = np.zeros_like(q)
-        contact_gradient(self.points(q), self.base, self.candidates, m.samples, m.law, self.pairs, out)
+        contact_gradient(self.placed(q, source), self.candidates, m.samples, m.law, self.pairs, out)
         return out
+
+    def openings(self, q: FloatArray, source: Frames | None = None) -> FloatArray:
+        """Return what has opened between every pair's points (P, 3) since its anchor."""
+        placed, m = self.placed(q, source), len(self.model.samples.weights)
+        pairs = zip(self.candidates.a, self.candidates.b, self.pairs.anchor, strict=True)
+        return np.array([opened(int(a), int(b), m, placed, tuple(anchor)) for a, b, anchor in pairs])
+
+    def slips(self, q: FloatArray, source: Frames | None = None) -> FloatArray:
+        """Return the elastic slip (P, 3) of every pair."""
+        placed, m = self.placed(q, source), len(self.model.samples.weights)
+        pairs = zip(self.candidates.a, self.candidates.b, strict=True)
+        return np.array([elastic_slip(p, int(a), int(b), m, placed, self.pairs) for p, (a, b) in enumerate(pairs)])
 
     def lag(self, q: FloatArray) -> int:
         """Take loads and normals from `q`."""
-        return lag(self.points(q), self.candidates, self.model.samples.length, self.model.law, self.pairs)
+        m = self.model
+        return lag(self.placed(q), self.candidates, m.samples.length, m.law, self.pairs)
+
+    def settle(self, q: FloatArray) -> tuple[Memory, float]:
+        """Accept `q`, whose loads are lagged, as an equilibrium; return friction's memory and work."""
+        return settle(self.placed(q), self.base, self.candidates, self.model.law, self.pairs)
 
 
 def sampled(model: Model, q: FloatArray) -> FloatArray:
@@ -96,10 +131,29 @@ def sampled(model: Model, q: FloatArray) -> FloatArray:
     return points
 
 
-def touch(model: Model, q: FloatArray, skin: float = 1.0) -> Touch:
-    """List the pairs at `q`, which becomes the last equilibrium and gives loads and normals."""
+def touch(
+    model: Model, state: State, *, memory: Memory | None = None, q: FloatArray | None = None, skin: float = 1.0
+) -> Touch:
+    """List the pairs at a state or at another place `q`, which becomes the last equilibrium; recall its memory.
+
+    With no memory given the place also gives loads and normals.
+    """
+    has_edge = model.rods.has_edge
+    frames = state.frames.copy()
+    q = state.q if q is None else q
+    follow(q, has_edge, state.frames, frames)
+    base_frames = np.zeros((len(q), 3, 3))
+    material_frames(q, has_edge, frames, base_frames)
     candidates = find_candidates(q, model.samples, model.law, skin)
     base = sampled(model, q)
-    found = Touch(model=model, base=base, candidates=candidates, pairs=recall(Memory.empty(), candidates, len(base)))
-    found.lag(q)
+    found = Touch(
+        model=model,
+        base=base,
+        frames=frames,
+        base_frames=base_frames,
+        candidates=candidates,
+        pairs=recall(Memory.empty() if memory is None else memory, candidates, base),
+    )
+    if memory is None:
+        found.lag(q)
     return found

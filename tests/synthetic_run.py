@@ -14,6 +14,7 @@ from rigs.instruments import Zeroing, measure
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from rigs.record import FloatArray
@@ -112,9 +113,11 @@ def frame(time: float, strain: float, cycle: int, phase: Phase) -> Frame:
     )
 
 
-def make_run(path: Path, *, sampled: bool = True) -> RunReader:
-    """Write the made-up test to a file and open it."""
-    made = rows()
+def make_run(
+    path: Path, made: Sequence[Equilibrium] | None = None, *, zeroed: float = 0.0, sampled: bool = True
+) -> RunReader:
+    """Write the made-up test, or other rows, to a file and open it; all channels were zeroed at a time [s]."""
+    made = rows() if made is None else made
     instrument = stage_instrument(read_biaxial_data())
     with RunWriter(
         path,
@@ -130,7 +133,7 @@ def make_run(path: Path, *, sampled: bool = True) -> RunReader:
         for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
             writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
         if sampled:
-            zero = Zeroing(time=0.0, kinds=frozenset({"force", "displacement"}))
+            zero = Zeroing(time=zeroed, kinds=frozenset({"force", "displacement"}))
             writer.write_samples(measure(instrument, trace_of(made), seed=7, zeroings=[zero]))
             writer.finish(Outcome(end="target"))
     return RunReader(path)

@@ -5,12 +5,13 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.contact.forces import PairState, elastic_slip
+from knitlab_core.contact.forces import PairState, add_pair, elastic_slip
 from knitlab_core.contact.law import ContactLaw, pair_potential
 from knitlab_core.contact.neighbours import Candidates
 from knitlab_core.contact.samples import Samples
+from knitlab_core.contact.slip import Placed, opened
 from knitlab_core.jit import kernel
-from knitlab_core.rods.vectors import add, dot, norm, row, scale, sub
+from knitlab_core.rods.vectors import combine, dot, norm, row, scale, sub
 
 
 class Memory(NamedTuple):
@@ -31,61 +32,84 @@ class Memory(NamedTuple):
         return cls(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
 
 
-def recall(memory: Memory, candidates: Candidates, samples: int) -> PairState:
-    """Give every candidate pair what it had at the last equilibrium; new pairs start at zero."""
+@kernel
+def _recall(memory: Memory, candidates: Candidates, base: FloatArray, state: PairState) -> None:
+    samples = base.shape[0]
+    for p in range(candidates.a.size):
+        a, b = candidates.a[p], candidates.b[p]
+        for c in range(3):
+            state.anchor[p, c] = base[a, c] - base[b, c]
+    known = memory.key.size
+    for s in range(candidates.span_a.size):
+        # Within a span pair keys rise, as they do in the memory: one walk along both.
+        first, last = candidates.start[s], candidates.start[s + 1]
+        k = np.searchsorted(memory.key, candidates.a[first] * samples + candidates.b[first])
+        for p in range(first, last):
+            key = candidates.a[p] * samples + candidates.b[p]
+            while k < known and memory.key[k] < key:
+                k += 1
+            if k == known:
+                break
+            if memory.key[k] == key:
+                for c in range(3):
+                    state.anchor[p, c] -= memory.slip[k, c]
+                    state.normal[p, c] = memory.normal[k, c]
+                state.load[p] = memory.load[k]
+                state.start_load[p] = memory.load[k]
+
+
+def recall(memory: Memory, candidates: Candidates, base: FloatArray) -> PairState:
+    """Give every candidate pair what it had at the last equilibrium; new pairs start without slip.
+
+    Parameters
+    ----------
+    memory : Memory
+        The pairs loaded there.
+    candidates : Candidates
+        The pairs now.
+    base : (N m, 3) array
+        Sample positions at the last equilibrium [r].
+    """
     state = PairState.zeros(candidates.a.size)
-    if memory.key.size:
-        keys = candidates.a * samples + candidates.b
-        place = np.minimum(np.searchsorted(memory.key, keys), memory.key.size - 1)
-        known = memory.key[place] == keys
-        place = place[known]
-        state.carried[known] = memory.slip[place]
-        state.load[known] = memory.load[place]
-        state.start_load[known] = memory.load[place]
-        state.normal[known] = memory.normal[place]
+    _recall(memory, candidates, base, state)
     return state
 
 
 @kernel
 def _settle(
-    points: FloatArray,
-    base: FloatArray,
-    candidates: Candidates,
-    law: ContactLaw,
-    state: PairState,
-    slip: FloatArray,
+    placed: Placed, base: FloatArray, candidates: Candidates, law: ContactLaw, state: PairState, slip: FloatArray
 ) -> float:
     """Fill the elastic slip (P, 3) at the new equilibrium; return the work against friction."""
+    m = placed.points.shape[0] // placed.length.size
     work = 0.0
     for p in range(candidates.a.size):
-        start = scale(law.friction * state.start_load[p] / law.slip, row(state.carried, p))
-        end = (0.0, 0.0, 0.0)
-        if state.load[p] > 0.0:
-            u = elastic_slip(p, candidates.a[p], candidates.b[p], points, base, state)
-            u = scale(min(1.0, law.slip / max(norm(u), 1e-300)), u)
-            slip[p, 0], slip[p, 1], slip[p, 2] = u
-            end = scale(law.friction * state.load[p] / law.slip, u)
-        elif state.start_load[p] == 0.0:
+        if state.load[p] == 0.0 and state.start_load[p] == 0.0:
             continue
         a, b = candidates.a[p], candidates.b[p]
-        moved = sub(sub(row(points, a), row(points, b)), sub(row(base, a), row(base, b)))
-        work += 0.5 * dot(add(start, end), moved)
+        moved = opened(a, b, m, placed, sub(row(base, a), row(base, b)))
+        # The slip carried from before, turned along with the strands.
+        before = sub(opened(a, b, m, placed, row(state.anchor, p)), moved)
+        force = scale(law.friction * state.start_load[p] / law.slip, before)
+        if state.load[p] > 0.0:
+            u = elastic_slip(p, a, b, m, placed, state)
+            u = scale(min(1.0, law.slip / max(norm(u), 1e-300)), u)
+            slip[p, 0], slip[p, 1], slip[p, 2] = u
+            force = combine(1.0, force, law.friction * state.load[p] / law.slip, u)
+        work += 0.5 * dot(force, moved)
     return work
 
 
 def settle(
-    points: FloatArray,
-    base: FloatArray,
-    candidates: Candidates,
-    law: ContactLaw,
-    state: PairState,
+    placed: Placed, base: FloatArray, candidates: Candidates, law: ContactLaw, state: PairState
 ) -> tuple[Memory, float]:
     """Accept an equilibrium: clip the elastic slip to its limit and remember the loaded pairs.
 
     Parameters
     ----------
-    points, base : (N m, 3) arrays
-        Sample positions now and at the last equilibrium [r].
+    placed : Placed
+        Samples and edges now.
+    base : (N m, 3) array
+        Sample positions at the last equilibrium [r].
     candidates, law, state
         The pairs, the contact law, and the pairs' state with loads of the present configuration.
 
@@ -95,10 +119,10 @@ def settle(
         What to carry on, and the work done against friction since the last
         equilibrium (trapezium rule) [E r^3].
     """
-    slip = np.zeros_like(state.carried)
-    work = _settle(points, base, candidates, law, state, slip)
+    slip = np.zeros_like(state.anchor)
+    work = _settle(placed, base, candidates, law, state, slip)
     loaded = np.flatnonzero(state.load > 0.0)
-    key = candidates.a[loaded] * points.shape[0] + candidates.b[loaded]
+    key = candidates.a[loaded] * len(base) + candidates.b[loaded]
     loaded = loaded[np.argsort(key)]
     memory = Memory(np.sort(key), slip[loaded], state.load[loaded], state.normal[loaded])
     return memory, float(work)
@@ -107,7 +131,6 @@ def settle(
 @kernel
 def add_load_coupling(
     points: FloatArray,
-    base: FloatArray,
     candidates: Candidates,
     samples: Samples,
     law: ContactLaw,
@@ -119,6 +142,7 @@ def add_load_coupling(
 
     The friction force mu load h grows with the load, which grows with overlap:
     its derivative -mu w psi'' h n^T is not symmetric and so not in the Hessian.
+    Forces must have been computed in this configuration.
     """
     w = samples.weights
     m = w.shape[0]
@@ -134,14 +158,9 @@ def add_load_coupling(
             if d >= law.reach:
                 continue
             _, _, k = pair_potential(law.distance - d, law)
-            u = elastic_slip(p, a, b, points, base, state)
             ka, kb = a - i * m, b - j * m
             opening = 0.0
             for e in range(3):
                 for c in range(3):
                     opening += r[c] * (w[ka, e] * v[i - 1 + e, c] - w[kb, e] * v[j - 1 + e, c])
-            change = -law.friction * weight * k * opening / (d * max(norm(u), law.slip))
-            for e in range(3):
-                for c in range(3):
-                    out[i - 1 + e, c] += w[ka, e] * change * u[c]
-                    out[j - 1 + e, c] -= w[kb, e] * change * u[c]
+            add_pair(-law.friction * weight * k * opening / d, state.slope[p], i, j, out)

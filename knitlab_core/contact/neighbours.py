@@ -11,9 +11,9 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.contact.law import ContactLaw
-from knitlab_core.contact.samples import Samples, sample_point
-from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.vectors import Vector, combine, dot, norm, row, sub
+from knitlab_core.contact.samples import Samples, sample_points
+from knitlab_core.jit import kernel
+from knitlab_core.rods.vectors import combine, dot, norm, row, sub
 
 MAX_CELLS = 4_000_000
 
@@ -79,63 +79,16 @@ def _sort_cells(
         order[first[cell_of[s] + 1]] = s
 
 
-@inline_kernel
-def _count_samples(
-    q: FloatArray,
-    samples: Samples,
-    i: int,
-    j: int,
-    centre: Vector,
-    ball2: float,
-    reach2: float,
-    exclusion: float,
-    a: IndexArray,
-    b: IndexArray,
-    at: int,
-) -> int:
-    """Count the sample pairs of two spans within reach; write them from `at` when it is >= 0."""
-    m = samples.weights.shape[0]
-    same = samples.strand[i] == samples.strand[j]
-    count = 0
-    for k in range(m):
-        x = sample_point(q, i, samples.weights, k)
-        away = sub(x, centre)
-        if dot(away, away) > ball2:
-            continue
-        arc_k = samples.arc[i] + ((k + 0.5) / m - 0.5) * samples.length[i] * m
-        for n in range(m):
-            if same:
-                arc_n = samples.arc[j] + ((n + 0.5) / m - 0.5) * samples.length[j] * m
-                if abs(arc_n - arc_k) < exclusion:
-                    continue
-            d = sub(x, sample_point(q, j, samples.weights, n))
-            if dot(d, d) < reach2:
-                if at >= 0:
-                    a[at + count] = i * m + k
-                    b[at + count] = j * m + n
-                count += 1
-    return count
-
-
 @kernel
-def _find(
-    q: FloatArray,
-    samples: Samples,
-    centre: FloatArray,
-    cells: Cells,
-    ball: float,
-    reach: float,
-    exclusion: float,
-    fill: bool,
-    out: Candidates,
-) -> tuple[int, int]:
-    """Visit neighbouring cells; return the number of span pairs and of sample pairs.
+def _near_spans(
+    samples: Samples, centre: FloatArray, cells: Cells, reach2: float, first: IndexArray, second: IndexArray
+) -> int:
+    """Fill the pairs of spans (as places in `samples.spans`) nearer than the reach; return their number.
 
-    `cells` is (low, cell, dims, cell_of, first, order); `out` is written if `fill`.
+    `cells` is (low, cell, dims, cell_of, start, order). What does not fit is counted but not written.
     """
-    _, _, dims, cell_of, first, order = cells
-    reach_span2 = (reach + 2.0 * ball) ** 2
-    spans, pairs = 0, 0
+    _, _, dims, cell_of, start, order = cells
+    count = 0
     for s in range(centre.shape[0]):
         i = samples.spans[s]
         x = row(centre, s)
@@ -145,7 +98,7 @@ def _find(
             for cy in range(max(ky - 1, 0), min(ky + 2, dims[1])):
                 for cz in range(max(kz - 1, 0), min(kz + 2, dims[2])):
                     c = (cx * dims[1] + cy) * dims[2] + cz
-                    for o in range(first[c + 1], first[c + 2]):
+                    for o in range(start[c + 1], start[c + 2]):
                         t = order[o]
                         if t <= s:
                             continue
@@ -154,29 +107,55 @@ def _find(
                         if j - i < 3 and samples.strand[i] == samples.strand[j]:
                             continue
                         d = sub(x, row(centre, t))
-                        if dot(d, d) > reach_span2:
+                        if dot(d, d) > reach2:
                             continue
-                        at = pairs if fill else -1
-                        n = _count_samples(
-                            q,
-                            samples,
-                            i,
-                            j,
-                            row(centre, t),
-                            (reach + ball) ** 2,
-                            reach * reach,
-                            exclusion,
-                            out.a,
-                            out.b,
-                            at,
-                        )
-                        if n > 0:
-                            if fill:
-                                out.span_a[spans] = i
-                                out.span_b[spans] = j
-                                out.start[spans + 1] = pairs + n
-                            spans += 1
-                            pairs += n
+                        if count < first.size:
+                            first[count] = s
+                            second[count] = t
+                        count += 1
+    return count
+
+
+@kernel
+def _near_samples(
+    points: FloatArray,
+    samples: Samples,
+    centre: FloatArray,
+    near: tuple[IndexArray, IndexArray],
+    ball: float,
+    reach: float,
+    exclusion: float,
+    out: Candidates,
+) -> tuple[int, int]:
+    """Fill the sample pairs of near spans; return the number of span pairs and of sample pairs."""
+    m = samples.weights.shape[0]
+    spans, pairs = 0, 0
+    for e in range(near[0].size):
+        i, j = samples.spans[near[0][e]], samples.spans[near[1][e]]
+        same = samples.strand[i] == samples.strand[j]
+        middle = row(centre, near[1][e])
+        before = pairs
+        for k in range(m):
+            x = row(points, i * m + k)
+            away = sub(x, middle)
+            if dot(away, away) > (reach + ball) ** 2:
+                continue
+            arc_k = samples.arc[i] + ((k + 0.5) / m - 0.5) * samples.length[i] * m
+            for n in range(m):
+                if same:
+                    arc_n = samples.arc[j] + ((n + 0.5) / m - 0.5) * samples.length[j] * m
+                    if abs(arc_n - arc_k) < exclusion:
+                        continue
+                d = sub(x, row(points, j * m + n))
+                if dot(d, d) < reach * reach:
+                    out.a[pairs] = i * m + k
+                    out.b[pairs] = j * m + n
+                    pairs += 1
+        if pairs > before:
+            out.span_a[spans] = i
+            out.span_b[spans] = j
+            out.start[spans + 1] = pairs
+            spans += 1
     return spans, pairs
 
 
@@ -197,7 +176,38 @@ def find_candidates(q: FloatArray, samples: Samples, law: ContactLaw, skin: floa
     centre = np.empty((samples.spans.size, 3))
     ball = _span_balls(q, samples.spans, centre)
     reach = law.distance + skin
-    cell = reach + 2.0 * ball
+    cells = _cells(centre, reach + 2.0 * ball)
+    size = 4 * samples.spans.size
+    while True:
+        near = np.empty(size, np.int64), np.empty(size, np.int64)
+        count = _near_spans(samples, centre, cells, (reach + 2.0 * ball) ** 2, *near)
+        if count <= size:
+            break
+        size = count
+    near = near[0][:count], near[1][:count]
+    m = len(samples.weights)
+    points = np.empty((len(q) * m, 3))
+    sample_points(q, samples, points)
+    # Room for every pair of samples of near spans; what is not used is never touched, and given back.
+    out = Candidates(
+        np.empty(count, np.int64),
+        np.empty(count, np.int64),
+        np.zeros(count + 1, np.int64),
+        np.empty(count * m * m, np.int64),
+        np.empty(count * m * m, np.int64),
+    )
+    spans, pairs = _near_samples(points, samples, centre, near, ball, reach, law.exclusion, out)
+    return Candidates(
+        out.span_a[:spans].copy(),
+        out.span_b[:spans].copy(),
+        out.start[: spans + 1].copy(),
+        out.a[:pairs].copy(),
+        out.b[:pairs].copy(),
+    )
+
+
+def _cells(centre: FloatArray, cell: float) -> Cells:
+    """Sort span centres into cubic cells of at least the given size, fewer than `MAX_CELLS`."""
     low = centre.min(axis=0)
     size = centre.max(axis=0) - low
     while True:
@@ -205,27 +215,10 @@ def find_candidates(q: FloatArray, samples: Samples, law: ContactLaw, skin: floa
         if float(np.prod(dims.astype(float))) <= MAX_CELLS:
             break
         cell *= 2.0
-    count = int(np.prod(dims))
-    cells = (
-        low,
-        cell,
-        dims,
-        np.empty(centre.shape[0], np.int64),
-        np.zeros(count + 2, np.int64),
-        np.empty(centre.shape[0], np.int64),
-    )
-    _sort_cells(centre, *cells)
-    none = Candidates(*(np.zeros(1, np.int64) for _ in range(5)))
-    spans, pairs = _find(q, samples, centre, cells, ball, reach, law.exclusion, False, none)
-    found = Candidates(
-        np.empty(spans, np.int64),
-        np.empty(spans, np.int64),
-        np.zeros(spans + 1, np.int64),
-        np.empty(pairs, np.int64),
-        np.empty(pairs, np.int64),
-    )
-    _find(q, samples, centre, cells, ball, reach, law.exclusion, True, found)
-    return found
+    cell_of, order = np.empty(len(centre), np.int64), np.empty(len(centre), np.int64)
+    start = np.zeros(int(np.prod(dims)) + 2, np.int64)
+    _sort_cells(centre, low, cell, dims, cell_of, start, order)
+    return low, cell, dims, cell_of, start, order
 
 
 @kernel

@@ -113,36 +113,42 @@ def make_model(
     """
     sizes = tuple(len(s) for s in strands)
     x = np.concatenate(strands) / radius
-    n = len(x)
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
-    edge = float(rods.rest_length[rods.has_edge].mean())
-    m = max(1, round(edge / sample_spacing))
-    strand = np.repeat(np.arange(len(sizes)), sizes)
-    samples = Samples(
-        spans=np.flatnonzero(rods.is_inner),
-        weights=sample_weights(m),
-        length=rods.span / m,
-        strand=strand,
-        arc=np.concatenate([[0.0], np.cumsum(rods.rest_length[:-1])]),
-    )
-    fixed = np.zeros((n, 4), dtype=np.bool_)
+    fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     model = Model(
         rods=rods,
-        samples=samples,
+        samples=_make_samples(rods, sizes, sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
     )
-    state = State(
-        q=np.column_stack([x, np.zeros(n)]),
+    return model, _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+
+
+def _make_samples(rods: Rods, sizes: tuple[int, ...], spacing: float) -> Samples:
+    """Spread contact samples along rods of the given node counts, as near as may be to a spacing [r]."""
+    edge = float(rods.rest_length[rods.has_edge].mean())
+    m = max(1, round(edge / spacing))
+    return Samples(
+        spans=np.flatnonzero(rods.is_inner),
+        weights=sample_weights(m),
+        length=rods.span / m,
+        strand=np.repeat(np.arange(len(sizes)), sizes),
+        arc=np.concatenate([[0.0], np.cumsum(rods.rest_length[:-1])]),
+    )
+
+
+def _unstressed(q: FloatArray, frames: Frames) -> State:
+    """Return the state of rods as they were made: nothing stored, nothing remembered."""
+    return State(
+        q=q,
         frames=frames,
         memory=Memory.empty(),
-        reaction=np.zeros((n, 4)),
-        increment=np.zeros((n, 4)),
+        reaction=np.zeros_like(q),
+        increment=np.zeros_like(q),
         contacts=0,
         energies=np.zeros(4),
         external_work=0.0,
         friction_work=0.0,
     )
-    return model, state

@@ -16,7 +16,7 @@ from knitlab_core.equilibrium.coupled import solve_coupled
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 
-COUPLED = 0.05
+COUPLED = 0.02
 """Accuracy of a step where friction's loads are brought along."""
 
 FORCE_FLOOR = 1e-5
@@ -40,9 +40,9 @@ class Options:
     """
 
     tolerance: float = 1e-4
-    follow_below: float = 1.0
+    follow_below: float = 3.0
     max_iterations: int = 60
-    room: float = 0.5
+    room: float = 0.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,21 +119,25 @@ def _search_balance(
     step: FloatArray,
     size: float,
     fraction: float,
-) -> float:
-    """Shorten a step until the simplified Newton correction shrinks, at most to a sixteenth."""
+    trial_frames: Frames,
+) -> tuple[float, FloatArray, int]:
+    """Shorten a step until the simplified Newton correction shrinks, at most to a sixteenth.
+
+    Returns the fraction, and gradient and contacts there; the trial's frames are filled, its samples placed.
+    """
     free = ~work.model.fixed
-    trial_frames = frames.copy()
-    for _ in range(5):
+    shortest = fraction / 16.0
+    while True:
         trial = q + fraction * step
-        if np.isfinite(work.energy(trial, frames)):
-            follow(trial, work.model.rods.has_edge, frames, trial_frames)
-            work.lag()
-            rest = work.solve(work.gradient(trial, trial_frames) * free)
-            if np.linalg.norm(rest) <= (1.0 - 0.25 * fraction) * size:
-                return fraction
+        follow(trial, work.model.rods.has_edge, frames, trial_frames)
+        work.move_to(trial, trial_frames)
+        contacts = work.lag()
+        gradient = work.gradient(trial, trial_frames)
+        rest = float(np.linalg.norm(work.solve(gradient * free)))
+        # Friction may have to get worse before it gets better: the shortest step is taken as it is.
+        if rest <= (1.0 - 0.25 * fraction) * size or fraction <= shortest:
+            return fraction, gradient, contacts
         fraction *= 0.5
-    # Friction may have to get worse before it gets better.
-    return 2.0 * fraction
 
 
 def equilibrate(
@@ -163,16 +167,18 @@ def equilibrate(
     other = frames.copy()
     following = model.law.friction == 0.0
     iteration, contacts = 0, 0
+    gradient: FloatArray | None = None
+    work.move_to(q, frames)
     while True:
-        work.move_to(q)
-        if following:
-            contacts = work.lag()
-        gradient = work.gradient(q, frames)
+        if gradient is None:
+            if following:
+                contacts = work.lag()
+            gradient = work.gradient(q, frames)
         residual = gradient * free
         worst = int(np.argmax(np.abs(residual)))
         relative = float(np.abs(residual.flat[worst])) / _force_scale(work, gradient)
         if not following and relative < options.follow_below:
-            following = True
+            following, gradient = True, None
             continue
         converged = following and relative < options.tolerance
         report = Report(
@@ -192,14 +198,16 @@ def equilibrate(
             size = float(np.linalg.norm(step))
             step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
             fraction = work.room(q, step, options.room)
-            fraction = _search_balance(work, q, frames, step, size, fraction)
+            fraction, gradient, contacts = _search_balance(work, q, frames, step, size, fraction, other)
         else:
             fraction = work.room(q, step, options.room)
             fraction = _search_energy(work, q, frames, step, residual, fraction)
-        if fraction == 0.0:
-            return q, frames, gradient, report
+            if fraction == 0.0:
+                return q, frames, gradient, report
+            follow(q + fraction * step, model.rods.has_edge, frames, other)
+            gradient = None
         q = q + fraction * step
-        follow(q, model.rods.has_edge, frames, other)
         frames, other = other, frames
-        work.keep_listed(q)
+        if work.keep_listed(q):
+            gradient = None
         iteration += 1

@@ -3,13 +3,7 @@
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.contact.forces import (
-    PairState,
-    contact_energy,
-    contact_gradient,
-    contact_hessian,
-    lag,
-)
+from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.neighbours import (
     Candidates,
@@ -18,6 +12,8 @@ from knitlab_core.contact.neighbours import (
     largest_fraction,
 )
 from knitlab_core.contact.samples import sample_points
+from knitlab_core.contact.slip import Placed, material_frames, place_edges
+from knitlab_core.contact.stiffness import contact_hessian
 from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import (
@@ -32,16 +28,16 @@ from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.stiffness import rod_hessian
 
-SKIN = 1.0
+SKIN = 0.6
 """Extra distance within which pairs are candidates [r]."""
 
-PATTERN_SKIN = 1.5
+PATTERN_SKIN = 1.0
 """The same for the pattern of the stiffness, which is dearer to rebuild."""
 
 SMALLEST_SHIFT = 1e-6
 LARGEST_SHIFT = 1e6
 SHIFT_DECAY = 64.0
-SHIFT_GROWTH = 4.0
+SHIFT_GROWTH = 10.0
 
 
 class Workspace:
@@ -62,6 +58,8 @@ class Workspace:
         Where the time went.
     factorisations : int
         Number of factorisations so far.
+    placed : Placed
+        Samples and edges in the configuration last moved to.
     """
 
     candidates: Candidates
@@ -70,14 +68,15 @@ class Workspace:
 
     def __init__(self, model: Model) -> None:
         n = len(model.fixed)
-        points = (n * len(model.samples.weights), 3)
+        samples = n * len(model.samples.weights)
         self.model = model
         self.loads = np.zeros((n, 4))
         self.clock = Stopwatch()
         self.factorisations = 0
-        self.points = np.zeros(points)
-        self.base = np.zeros(points)
-        self._moves = np.zeros(points)
+        self.placed = Placed.zeros(n, samples)
+        self._base = np.zeros((samples, 3))
+        self._base_frames = np.zeros((n, 3, 3))
+        self._moves = np.zeros((samples, 3))
         self._trial = Frames.zeros(n)
         self._listed = np.zeros((n, 3))
         self._memory = Memory.empty()
@@ -85,27 +84,30 @@ class Workspace:
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
-    def start_step(self, q: FloatArray, memory: Memory) -> None:
+    def start_step(self, q: FloatArray, frames: Frames, memory: Memory) -> None:
         """Begin at an equilibrium: list its pairs and recall what friction remembers of them."""
         self._memory = memory
+        sample_points(q, self.model.samples, self._base)
+        material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
-        sample_points(q, self.model.samples, self.base)
-        self.points[:] = self.base
+        self.move_to(q, frames)
 
-    def keep_listed(self, q: FloatArray) -> None:
-        """List the pairs anew if any two strands may have approached by more than the skin."""
+    def keep_listed(self, q: FloatArray) -> bool:
+        """List the pairs anew if any two strands may have approached by more than the skin; say whether."""
         with self.clock("neighbours"):
             reach = self.model.law.distance + SKIN
             spare = SKIN - self.model.law.onset
             approach = largest_approach(self._listed, q[:, :3] - self._listed, reach, spare)
         if approach > spare:
             self._list_pairs(q)
+            return True
+        return False
 
     def _list_pairs(self, q: FloatArray) -> None:
         samples, law = self.model.samples, self.model.law
         with self.clock("neighbours"):
             self.candidates = find_candidates(q, samples, law, SKIN)
-            self.pairs = recall(self._memory, self.candidates, len(self.points))
+            self.pairs = recall(self._memory, self.candidates, self._base)
             self._listed = q[:, :3].copy()
         n = len(q)
         kept = None
@@ -122,14 +124,15 @@ class Workspace:
             raise RuntimeError(msg)
         self.pattern = kept
 
-    def move_to(self, q: FloatArray) -> None:
-        """Place the samples at configuration `q`."""
-        sample_points(q, self.model.samples, self.points)
+    def move_to(self, q: FloatArray, frames: Frames) -> None:
+        """Place samples and edges in configuration `q`."""
+        sample_points(q, self.model.samples, self.placed.points)
+        place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
         m = self.model
-        return lag(self.points, self.candidates, m.samples.length, m.law, self.pairs)
+        return lag(self.placed, self.candidates, m.samples.length, m.law, self.pairs)
 
     def energy(self, q: FloatArray, source: Frames) -> float:
         """Return elastic, contact and friction energy less the work of dead loads; moves samples."""
@@ -137,21 +140,14 @@ class Workspace:
         with self.clock("energy"):
             follow(q, model.rods.has_edge, source, self._trial)
             elastic = sum(rod_energy(q, model.rods, self._trial))
-            self.move_to(q)
-            normal, friction = contact_energy(
-                self.points,
-                self.base,
-                self.candidates,
-                model.samples.length,
-                model.law,
-                self.pairs,
-            )
+            self.move_to(q, self._trial)
+            normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
             return float(elastic + normal + friction - np.vdot(self.loads, q))
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
         model = self.model
-        normal, _ = contact_energy(self.points, self.base, self.candidates, model.samples.length, model.law, self.pairs)
+        normal, _ = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
         return np.array([*rod_energy(q, model.rods, frames), normal])
 
     def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
@@ -161,8 +157,7 @@ class Workspace:
             g = -self.loads
             rod_gradient(q, model.rods, frames, g)
             contact_gradient(
-                self.points,
-                self.base,
+                self.placed,
                 self.candidates,
                 model.samples,
                 model.law,
@@ -178,8 +173,7 @@ class Workspace:
             self.blocks[:] = 0.0
             rod_hessian(q, model.rods, frames, exact, self.pattern, self.blocks)
             contact_hessian(
-                self.points,
-                self.base,
+                self.placed,
                 self.candidates,
                 model.samples,
                 model.law,
@@ -232,8 +226,7 @@ class Workspace:
         model = self.model
         out = np.zeros_like(v)
         add_load_coupling(
-            self.points,
-            self.base,
+            self.placed.points,
             self.candidates,
             model.samples,
             model.law,
@@ -253,7 +246,7 @@ class Workspace:
         model = self.model
         with self.clock("neighbours"):
             sample_points(step, model.samples, self._moves)
-            part = largest_fraction(self.points, self._moves, self.candidates, model.law, share)
+            part = largest_fraction(self.placed.points, self._moves, self.candidates, model.law, share)
             reach = model.law.distance + SKIN
             used = largest_approach(self._listed, q[:, :3] - self._listed, reach, 0.1)
             limit = SKIN + model.law.overlap_limit - used
@@ -262,4 +255,4 @@ class Workspace:
 
     def settle(self) -> tuple[Memory, float]:
         """Accept the placed samples as an equilibrium; return friction's memory and work."""
-        return settle(self.points, self.base, self.candidates, self.model.law, self.pairs)
+        return settle(self.placed, self._base, self.candidates, self.model.law, self.pairs)

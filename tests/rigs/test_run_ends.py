@@ -7,15 +7,18 @@ import subprocess
 import sys
 import time
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from app.cli import main
 from app.run_reader import RunReader
+from app.usecases import run_protocol
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.errors import FormatError
+from rigs.biaxial import mount
 from rigs.experiment import perform
+from rigs.record import Outcome
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,6 +75,25 @@ def rows_in(record: Path) -> int:
         return len(RunReader(record).trace)
     except (FileNotFoundError, FormatError):
         return 0
+
+
+@pytest.mark.parametrize("cold", [True, False])
+def test_the_first_run_says_that_it_compiles_and_how_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, cold: bool
+) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(PROTOCOL, encoding="utf-8")
+    said: list[str] = []
+
+    def mount_and_listen(*arguments: Any) -> Any:  # noqa: ANN401 (handed through)
+        said.append(capsys.readouterr().err)
+        return mount(*arguments)
+
+    monkeypatch.setattr("app.usecases.cache_is_cold", lambda: cold)
+    monkeypatch.setattr("app.usecases.mount", mount_and_listen)
+    monkeypatch.setattr("app.usecases.perform", lambda *_: iter([Outcome(end="target")]))
+    run_protocol(protocol, tmp_path / "run", lambda _share, _text: None)
+    assert [("compiling" in text, "about a minute" in text) for text in said] == [(cold, cold)]
 
 
 @pytest.mark.usefixtures("quick_pictures")

@@ -116,6 +116,7 @@ def test_check_prints_the_plan_of_the_main_job(say: Callable[..., Said]) -> None
     # 40 % of six loop widths of 8 mm at 0.2 mm/s, four times.
     assert "planned duration 384 s, 3841 rows at 10 Hz" in said.out
     assert "no limit would be passed" in said.out
+    assert "arc-length budget" in said.out
     assert "assumed" in said.out
 
 

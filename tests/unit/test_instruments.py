@@ -121,6 +121,12 @@ def test_zero_takes_the_reading_off_from_then_on() -> None:
     assert zero_offset(time, values, [9.0]).tolist() == [0] * 5
 
 
+def test_the_row_that_led_to_a_zero_is_not_zeroed() -> None:
+    # A ramp to 2, and the row of the zeroing, at the same time.
+    time, values = np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 2.0, 2.0, 5.0])
+    assert zero_offset(time, values, [1.0]).tolist() == [0, 0, 2, 2]
+
+
 def test_zero_is_for_the_channels_it_names() -> None:
     shift = Trace(
         columns=TRACE.columns | {"force_C": TRACE.columns["force_C"] + 1.0},

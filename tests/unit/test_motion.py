@@ -5,7 +5,16 @@ from typing import Literal
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from rigs.motion import PRELOAD_REACH, Stroke, planned_duration, planned_rows, planned_strokes, strokes
+from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from rigs.motion import (
+    PRELOAD_REACH,
+    Stroke,
+    gauge_lengths,
+    planned_duration,
+    planned_rows,
+    planned_strokes,
+    strokes,
+)
 from rigs.protocol import (
     Axis,
     Cycle,
@@ -30,6 +39,16 @@ def protocol(*steps: Step, speed_ref: Literal["pair", "grip"] = "pair", rate: fl
     return Protocol(
         specimen=SPECIMEN, speed_ref=speed_ref, others="hold", steps=steps, log=LogSpec(rate=rate, noise=False)
     )
+
+
+def test_hooks_are_as_far_apart_as_the_sites_of_the_printed_yarn() -> None:
+    stitch = NAMED_STITCHES["stockinette-default"]
+    coarse, fine = (
+        gauge_lengths(planar_specimen(stitch, rows=2, loops=3, loop_width=8e-3, nodes_per_loop=nodes))
+        for nodes in (12, 48)
+    )
+    assert coarse == pytest.approx(fine, rel=1e-12)
+    assert coarse["C"] == pytest.approx(3 * 8e-3)
 
 
 def to_strain(strain: float, *axes: Axis, tag: str | None = None) -> Ramp:

@@ -1,4 +1,5 @@
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,13 +8,13 @@ from matplotlib.image import imread
 
 from app import painters, pictures
 from app.painters import fit_window, vtk_environment
-from app.pictures import knit_frames, knit_picture, marked_frames, specimen_picture
+from app.pictures import knit_frames, marked_frames, specimen_picture
 from app.report import Curves, stress_strain_plot
 from app.run_reader import RunReader
 from app.tubes import smooth_curve, tube
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
-from tests.synthetic_run import frame, knit_nodes, make_run
+from tests.synthetic_run import SIZE, frame, knit_nodes, make_run, rows
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +81,21 @@ def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> N
     assert image.std() > 0.05
 
 
+def test_no_line_is_drawn_across_a_zeroing(tmp_path: Path) -> None:
+    # Pulled to 40 %, set to zero there, and back.
+    made = rows()[:41]
+    moment = made[20].time
+    middle = replace(made[20], phase="Zero")
+    zeroed = make_run(tmp_path / "run.h5", [*made[:21], middle, *made[21:]], zeroed=moment)
+    curves = Curves(zeroed)
+    pieces = list(curves.branches())
+    assert [style for _, style, _ in pieces] == ["-", "--"]
+    step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.gauge_C
+    for _, _, found in pieces:
+        strain, _ = curves.stress_strain("C")
+        assert np.abs(np.diff(strain[found])).max() < step
+
+
 def test_a_run_cut_off_is_plotted_from_its_equilibria(tmp_path: Path) -> None:
     cut_off = make_run(tmp_path / "run.h5", sampled=False)
     assert Curves(cut_off).time.tolist() == cut_off.trace.columns["time"].tolist()
@@ -92,9 +108,7 @@ def test_pictures_without_vtk_say_so(run: RunReader, tmp_path: Path) -> None:
     assert "pyvista is not installed" in picture.note
     image = imread(picture.path)
     assert image.shape[1] > 2.5 * image.shape[0]
-    nodes = knit_nodes(0.2, loops=2)
-    one = knit_picture(nodes, 0.4e-3, np.zeros(len(nodes) - 1), tmp_path / "one.png", title="strain 20 %")
-    assert imread(one.path).std() > 0.02
+    assert image.std() > 0.02
 
 
 @pytest.mark.usefixtures("without_vtk")
@@ -105,12 +119,27 @@ def test_specimen_picture(tmp_path: Path) -> None:
 
 def test_pictures_with_vtk(run: RunReader, tmp_path: Path) -> None:
     pytest.importorskip("pyvista")
-    nodes = run.frames()[2].nodes
-    values = 100 * run.frames()[2].axial_strain
-    picture = knit_picture(nodes, 0.4e-3, values, tmp_path / "one.png", title="strain 40 %")
+    picture = knit_frames(run, tmp_path / "knit.png")
     if picture.note:
         pytest.skip(picture.note)
     assert imread(picture.path).std() > 0.05
+
+
+def test_what_lies_beside_and_below_something_is_shaded() -> None:
+    pytest.importorskip("pyvista")
+    from app.vtk_painter import FINENESS, shade, shrink  # noqa: PLC0415 (it loads VTK)
+
+    # A bar 2 mm above a plate, nothing on the right, where the plate gets an outline; 10 pixels a mm.
+    depth = np.zeros((40, 60), dtype=np.float32)
+    depth[:, :10], depth[:, 50:] = 2.0, np.nan
+    shaded = shade(np.full((40, 60, 3), 200, dtype=np.uint8), depth, radius=1.0, pixels=10.0)
+    assert np.all(shaded[:, 0] > 199.0)
+    assert np.all(shaded[:, 10] < 150.0)
+    assert np.all(shaded[:, 25:40] == 200.0)
+    assert np.all(shaded[:, 49] < 160.0)
+    small = shrink(shaded)
+    assert small.shape == (40 // FINENESS, 60 // FINENESS, 3)
+    assert small.mean() == pytest.approx(shaded.mean(), abs=0.5)
 
 
 def test_a_painter_that_crashes_is_replaced(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -158,7 +158,6 @@ def test_a_run_folder_is_never_overwritten(tmp_path: Path) -> None:
     assert make_run_folder(wanted).name == "a-2"
     (tmp_path / "runs" / "a-2" / "run.h5").touch()
     assert make_run_folder(wanted).name == "a-3"
-    assert make_run_folder(wanted, force=True) == wanted
 
 
 def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:

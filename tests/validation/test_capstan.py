@@ -1,8 +1,10 @@
 """A thin rod pulled around a drum: T2 = T1 exp(mu phi).
 
 All strands have one radius, so the drum is a cage: clamped strands side by side, parallel to the drum's axis.
-The drum is 30 rods thick, so that the rod is thin, and bending at the ends of the wrap takes
-EI / (2 T R^2) = 0.4 % of the smaller tension at most. A cage of pegs 2 b apart in angle holds by
+Euler's rod is thin. One of radius r has its tension at R from the drum's axis but its friction at R - r: moments
+about the axis and the shear that balances friction's couple lower the exponent by (1 + mu^2) r / R, which is 0.9 % of
+it (1.7 % of the tension where mu phi is largest) on a drum 60 rods thick. Bending at the ends of the wrap takes
+EI / (2 T R^2) = 0.1 % of the smaller tension at most. A cage of pegs 2 b apart in angle holds by
 (1 + mu tan b) / (1 - mu tan b) each, which is exp(2 mu b) within b^2 / 3.
 """
 
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
 
 
-DRUM: Final = 60.0
+DRUM: Final = 120.0
 """Radius of the circle of pegs [r]."""
 
 PITCH: Final = 5.0
@@ -63,11 +65,12 @@ def tension_ratio(mu: float, phi: float) -> float:
     model, state = unit_model([rod, *cage(phi)], friction=mu)
     last = len(rod) - 1
     # The ends keep their height; else only the pulled one is held, along its tangent, so that
-    # the forces on the ends lie along the tangents and the angle of wrap is exact.
+    # the forces on the ends lie along the tangents and the angle of wrap is exact. The rod slides, it must not roll.
     way = np.round([-np.sin(phi), np.cos(phi)])
     axis = int(np.argmax(np.abs(way)))
     model.fixed[len(rod) :] = True
-    model.fixed[0, [2, 3]] = True
+    model.fixed[: len(rod), 3] = True
+    model.fixed[0, 2] = True
     model.fixed[last, [2, axis]] = True
     work = Workspace(model)
     work.loads[0, 1] = -TENSION
@@ -91,8 +94,14 @@ def tension_ratio(mu: float, phi: float) -> float:
     return max(ratios[-3:], key=lambda ratio: abs(ratio / euler - 1.0))
 
 
-@pytest.mark.parametrize("half_turns", [0.5, 1.0, 2.0])
-@pytest.mark.parametrize("mu", [0.1, 0.3])
+@pytest.mark.parametrize(
+    ("mu", "half_turns"),
+    [
+        *((mu, half_turns) for mu in (0.1, 0.3) for half_turns in (0.5, 1.0)),
+        (0.1, 2.0),
+        pytest.param(0.3, 2.0, marks=pytest.mark.slow),
+    ],
+)
 def test_capstan(bar: Callable[..., None], mu: float, half_turns: float) -> None:
     phi = half_turns * np.pi
     bar(

@@ -23,7 +23,7 @@ def normal_force(share: float, angle: float, edge: float, phase: float) -> float
     lower = straight((0, 0, 0), (1, 0, 0), 40.0, edge)
     upper = straight((phase, 0, 2.0 * (1.0 - share)), (np.cos(angle), np.sin(angle), 0), 32.0, edge)
     model, state = unit_model([lower, upper])
-    return -float(touch(model, state.q).gradient(state.q)[len(lower) :, 2].sum())
+    return -float(touch(model, state).gradient(state.q)[len(lower) :, 2].sum())
 
 
 @pytest.mark.parametrize("edge", [1.0, 2.0, 3.0])

@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 
 TIGHT = Options(tolerance=1e-8)
 SOURCE = "physics.md §6"
-NOT_OBJECTIVE = pytest.mark.xfail(
-    reason="docs/decisions/0003-friction-memory.md: slip between centrelines does not turn with the strands"
-)
-FRICTIONS = [0.0, pytest.param(0.3, marks=NOT_OBJECTIVE)]
+FRICTIONS = [0.0, 0.3]
 
 
 def _clamped(friction: float, strain: float) -> tuple[Knit, State]:
@@ -60,7 +57,7 @@ def _change(knit: Knit, state: State, rotation: tuple[float, ...], shift: tuple[
     return float(np.abs(_carry(knit, state, np.array(rotation), np.array(shift)) - before).max() / np.abs(before).max())
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("friction", FRICTIONS)
 def test_moving_a_loaded_knit_changes_no_force(bar: Callable[..., None], friction: float) -> None:
     change = _change(*_clamped(friction, 0.2), (0.0, 0.0, 0.0), (30.0, -20.0, 50.0))
     bar(f"loaded knit moved: change of force, mu = {friction}", change, 1e-6, "1", SOURCE)
@@ -78,7 +75,7 @@ def test_turning_an_unloaded_knit_makes_no_force(bar: Callable[..., None]) -> No
     bar("unloaded knit turned by 0.54 rad: largest force", np.abs(force).max(), 1e-9, "E r^2", SOURCE)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("friction", FRICTIONS)
 def test_forces_on_all_fixtures_and_loads_sum_to_zero(bar: Callable[..., None], friction: float) -> None:
     knit = make_knit(2, friction=friction)
     _, pulled = pull(knit, [0.3], steps=20)

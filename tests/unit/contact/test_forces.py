@@ -14,7 +14,7 @@ LOWER = straight((0, 0, 0), (1, 0, 0), 12.0)
 def crossed_at(height: float, friction: float = 0.0) -> tuple[np.ndarray, float, int]:
     """Return the gradient, energy and contacts of two rods crossed at a height."""
     model, state = unit_model([LOWER, straight((0.1, 0.2, height), (0.3, 1, 0), 12.0)], friction=friction)
-    scene = touch(model, state.q)
+    scene = touch(model, state)
     return scene.gradient(state.q), scene.energy(state.q), scene.lag(state.q)
 
 
@@ -40,7 +40,7 @@ def test_action_is_reaction() -> None:
 
 def test_core_has_infinite_energy() -> None:
     model, state = unit_model([LOWER, straight((0, 0, 1.8), (0, 1, 0), 12.0)])
-    scene = touch(model, state.q)
+    scene = touch(model, state)
     sunk = state.q.copy()
     sunk[7:, 2] -= 0.9
     assert scene.energies(sunk) == (np.inf, np.inf)
@@ -49,11 +49,11 @@ def test_core_has_infinite_energy() -> None:
 @pytest.mark.parametrize("way", [0.01, 0.2])
 def test_friction_pulls_back_by_at_most_mu_n(way: float) -> None:
     model, state = unit_model([LOWER, straight((0.1, 0, 1.92), (0, 1, 0), 12.0)], friction=MU)
-    scene = touch(model, state.q)
+    scene = touch(model, state)
     q = state.q.copy()
     q[7:, 0] += way
     load = scene.pairs.load.sum()
-    normal = -touch(model, q).gradient(q)[7:].sum(axis=0)
+    normal = -touch(model, state, q=q).gradient(q)[7:].sum(axis=0)
     drag = scene.gradient(q)[7:].sum(axis=0)[0] + normal[0]
     assert drag == pytest.approx(MU * load * min(1.0, way / model.law.slip), rel=0.03)
     assert drag <= MU * load
@@ -61,7 +61,7 @@ def test_friction_pulls_back_by_at_most_mu_n(way: float) -> None:
 
 def test_unloaded_pair_has_no_friction() -> None:
     model, state = unit_model([LOWER, straight((0.1, 0, 2.1), (0, 1, 0), 12.0)], friction=MU)
-    scene = touch(model, state.q)
+    scene = touch(model, state)
     q = state.q.copy()
     q[7:, 0] += 0.2
     assert not scene.gradient(q).any()

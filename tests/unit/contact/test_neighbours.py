@@ -108,7 +108,7 @@ def test_kept_list_holds_every_pair_that_acts(seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
     model, state = unit_model(tangle(seed, 3, 12, 6.0), sample_spacing=0.7)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     q = state.q.copy()
     for _ in range(6):
         q[:, :3] += q[:, :3] @ rng.normal(0.0, 0.2 * scale, (3, 3)) + rng.normal(0.0, scale, (len(q), 3))
@@ -126,7 +126,7 @@ def test_list_is_renewed_before_a_pair_comes_within_reach() -> None:
     # Reach is the touching distance and the onset of the force; the skin must cover both.
     model, state = unit_model(crossed(2.0 + SKIN + 0.005))
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     assert work.candidates.a.size == 0
     q = state.q.copy()
     for _ in range(100):
@@ -163,11 +163,11 @@ def test_no_room_is_lent_that_an_old_list_has_already_used() -> None:
     strands = [*crossed(2.0 + SKIN + 0.05), straight((0, 0, -3.05), (0, 1, 0), 20.0)]
     model, state = unit_model(strands)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     q = state.q.copy()
     q[:11, 2] += 0.7
     work.keep_listed(q)
-    work.move_to(q)
+    work.move_to(q, state.frames)
     step = np.zeros_like(q)
     step[:11, 2] = 4.0
     q += work.room(q, step, 0.5) * step

@@ -28,7 +28,7 @@ def test_an_arc_is_free_of_stress_if_it_rests_as_given(straight: bool) -> None: 
     arc = np.column_stack([np.cos(t), np.sin(t), 0.1 * t])
     model, state = make_model([arc], radius=0.05, young_modulus=1.0, poisson_ratio=0.3, friction=0.0, straight=straight)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     gradient = work.gradient(state.q, state.frames)
     assert (np.abs(gradient).max() < 1e-12) is not straight
 

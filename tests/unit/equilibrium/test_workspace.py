@@ -2,20 +2,21 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.unit.equilibrium.strands import crossing, strand, stretched
 
 
-def pressed(depth: float, friction: float = 0.3) -> tuple[Workspace, np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
-    """Press two crossing strands together; return the workspace, begun at the equilibrium, and where it is."""
+def pressed(depth: float, friction: float = 0.3) -> tuple[Workspace, State]:
+    """Press two crossing strands together; return the workspace, begun at the equilibrium, and that."""
     model, state = crossing(gap=0.1, friction=friction)
     target = state.q.copy()
     target[17:, 2] -= 0.1 + depth
     work = Workspace(model)
     *_, (_, end, _) = march(work, state, lambda s: state.q + s * (target - state.q), longest=0.25)
-    work.start_step(end.q, end.memory)
-    return work, end.q
+    work.start_step(end.q, end.frames, end.memory)
+    return work, end
 
 
 def test_strands_that_press_are_in_contact_and_straight_ones_are_not() -> None:
@@ -23,34 +24,35 @@ def test_strands_that_press_are_in_contact_and_straight_ones_are_not() -> None:
     assert work.lag() > 0
     model, state = crossing(gap=0.1)
     apart = Workspace(model)
-    apart.start_step(state.q, state.memory)
+    apart.start_step(state.q, state.frames, state.memory)
     assert apart.lag() == 0
     assert apart.candidates.a.size > 0
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95])
 def test_room_ends_before_cores_overlap(share: float) -> None:
-    work, q = pressed(0.3)
-    down = np.zeros_like(q)
+    work, state = pressed(0.3)
+    down = np.zeros_like(state.q)
     down[17:, 2] = -5.0
-    fraction = work.room(q, down, share)
+    fraction = work.room(state.q, down, share)
     assert 0.0 < fraction < 0.3
-    work.move_to(q + fraction * down)
-    gaps = np.linalg.norm(work.points[work.candidates.a] - work.points[work.candidates.b], axis=1)
+    work.move_to(state.q + fraction * down, state.frames)
+    points = work.placed.points
+    gaps = np.linalg.norm(points[work.candidates.a] - points[work.candidates.b], axis=1)
     assert gaps.min() > work.model.law.distance - work.model.law.overlap_limit
 
 
 def test_there_is_room_for_all_of_a_motion_that_brings_nothing_nearer() -> None:
-    work, q = pressed(0.1)
-    together = np.zeros_like(q)
+    work, state = pressed(0.1)
+    together = np.zeros_like(state.q)
     together[:, 0] = 50.0
-    assert work.room(q, together, 0.5) == 1.0
+    assert work.room(state.q, together, 0.5) == 1.0
 
 
 def test_cores_that_overlap_have_infinite_energy() -> None:
     model, state = crossing(gap=0.1)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     q = state.q.copy()
     q[17:, 2] -= 1.2
     work.keep_listed(q)
@@ -60,7 +62,7 @@ def test_cores_that_overlap_have_infinite_energy() -> None:
 def test_a_column_past_its_buckling_load_is_shifted_as_little_as_makes_it_stable() -> None:
     model, state = strand(41)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     # Clamped ends: buckles at a strain of -4 pi^2 I / (A L^2) = -pi^2 / 400 = -0.0247.
     for strain, stable in ((-0.02, True), (-0.04, False)):
         q = stretched(state, strain)
@@ -86,7 +88,7 @@ def test_dead_loads_bend_a_clamped_strand_as_a_beam() -> None:
 def test_the_list_follows_strands_that_move_far() -> None:
     model, state = crossing(gap=6.0)
     work = Workspace(model)
-    work.start_step(state.q, state.memory)
+    work.start_step(state.q, state.frames, state.memory)
     assert work.candidates.a.size == 0
     q = state.q.copy()
     q[17:, 2] -= 5.5
