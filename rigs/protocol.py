@@ -254,7 +254,7 @@ class Protocol:
     rig: Literal["biaxial-hook"] = "biaxial-hook"
     hook: Literal["pin"] = "pin"
     name: str = "test"
-    max_strain_increment: float = 0.01
+    max_strain_increment: float = 0.0125
 
     def __post_init__(self) -> None:
         _require(len(self.steps) > 0, "steps", [], "one step or more")

@@ -207,7 +207,7 @@ class ProtocolModel(Model):
     params: dict[str, str | int | float | bool] = Field(
         default={}, description="a mapping of names to values, used as ${name}"
     )
-    max_strain_increment: Strain = Field(default=0.01, description=allowed("strain"))
+    max_strain_increment: Strain = Field(default=0.0125, description=allowed("strain"))
     steps: list[StepModel] = Field(description="a list of steps")
 
 
