@@ -43,10 +43,10 @@ clean:  ## Remove what was installed, built and cached here.
 
 .venv/installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing knitlab into .venv (once)"
-	$(PIP) --editable '.[pictures]'
+	$(PIP) --editable '.[pictures,printing]'
 	@touch $@
 
 .venv/installed-dev: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing knitlab and its checkers into .venv (once)"
-	$(PIP) --editable '.[pictures,test,dev]'
+	$(PIP) --editable '.[pictures,printing,test,dev]'
 	@touch $@ .venv/installed

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from app.usecases import RunResult
 
-USAGE, SOLVER_FAILED, NO_DATA, INTERRUPTED = 2, 3, 4, 130
+USAGE, SOLVER_FAILED, NO_DATA, NOT_PRINTABLE, INTERRUPTED = 2, 3, 4, 5, 130
 
 knitlab = typer.Typer(
     name="knitlab",
@@ -35,11 +35,12 @@ knitlab = typer.Typer(
       knitlab check examples/biaxial_cycle.yaml     what would happen, without physics
       knitlab preview examples/biaxial_cycle.yaml   the knit: picture, clearance, yarn length
       knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
+      knitlab print examples/biaxial_cycle.yaml     the knit for a 3D printer: checks, STL, 3MF
 
     Results go to stdout, progress to stderr.
 
     Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
-    130 interrupted.""",
+    5 not printable, 130 interrupted.""",
 )
 
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
@@ -184,6 +185,63 @@ def run(
     if result.outcome != "target":
         _complain(f"{protocol}: {result.outcome}: {result.message}")
     raise typer.Exit(exit_code(result))
+
+
+@knitlab.command(
+    name="print",
+    short_help="Check the knit for a 3D printer; write STL, 3MF, layers.",
+    epilog="\b\nExamples:\n  knitlab print examples/biaxial_cycle.yaml --out print --slices\n"
+    "  knitlab print examples/biaxial_cycle.yaml --printer nanoscribe --format stl --json",
+)
+def print_(
+    protocol: ProtocolPath,
+    *,
+    printer: Annotated[str, typer.Option(help="j35, nanoscribe, or the path of a printer's YAML file.")] = "j35",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the files.", show_default="the current folder", file_okay=False)
+    ] = None,
+    kind: Annotated[Literal["stl", "3mf", "both"], typer.Option("--format", help="File of the surface.")] = "both",
+    chord_error: Annotated[
+        str | None,
+        typer.Option(help="How far the mesh may lie inside the fibre: 10 um.", show_default="half a layer"),
+    ] = None,
+    slices: Annotated[bool, typer.Option("--slices", help="Also cut layers; a sheet of twelve.")] = False,
+    every: Annotated[
+        int | None, typer.Option(help="Also draw every so manieth layer to scale.", min=1, show_default=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Make the surface of a knit, check that a printer can make it, and write it as STL and 3MF in mm.
+
+    Each fibre is a closed tube along the smooth yarn. It must be whole, thick enough to print, and clear of itself
+    by more than the printer fuses; found and allowed stand side by side. Files are written all the same; a check that
+    is not met ends with exit code 5. Needs the extra: pip install 'knitlab[printing]'.
+    """
+    from app.printing import require_extra  # noqa: PLC0415
+
+    require_extra()
+    from app.printing.job import Wanted, print_knit  # noqa: PLC0415
+    from app.printing.show import print_data, show_print  # noqa: PLC0415
+    from app.rig_data import read_printer_data  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.tables import Bar, print_json  # noqa: PLC0415
+    from app.units import parse  # noqa: PLC0415
+
+    data = read_printer_data(printer)
+    wanted = Wanted(
+        formats=("stl", "3mf") if kind == "both" else (kind,),
+        sheet=slices,
+        every=every,
+        chord_error=None if chord_error is None else parse(chord_error, "length", "--chord-error"),
+    )
+    with Bar(hidden=quiet) as bar:
+        made = print_knit(load(protocol), data, Path() if out is None else out, wanted, bar.show)
+    if as_json:
+        print_json(print_data(made, data))
+    else:
+        show_print(made, data)
+    raise typer.Exit(0 if made.printable else NOT_PRINTABLE)
 
 
 @knitlab.command(

@@ -1,0 +1,143 @@
+"""Make the surface of every fibre of a specimen, as fine as a printer needs it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.printing.surface import sides_for, tube_mesh
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import trimesh
+
+    from knitlab_core.knits import Centreline, Specimen
+    from rigs.record import FloatArray
+
+MOST_TRIANGLES: Final = 5_000_000
+"""Some 3 GB while they are checked, 250 MB as STL."""
+
+_SAMPLES_PER_DIAMETER: Final = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fibre:
+    """Hold one fibre and its surface.
+
+    Attributes
+    ----------
+    points : FloatArray
+        Where its rings stand, (m, 3) on the smooth centreline [mm].
+    radius : float
+        Its radius [mm].
+    sides : int
+        Corners of a ring.
+    mesh : Trimesh
+        Its closed surface [mm].
+    """
+
+    points: FloatArray
+    radius: float
+    sides: int
+    mesh: trimesh.Trimesh
+
+
+def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]:
+    """Make the surface of a specimen as it is printed, its lowest corner at the origin of the tray.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        Its smooth centreline is taken, not the solver's nodes.
+    chord_error : float
+        How far the mesh may lie inside the true tube [m].
+
+    Returns
+    -------
+    tuple of Fibre
+
+    Raises
+    ------
+    SpecificationError
+        If it would take more than `MOST_TRIANGLES`; nothing was allocated then.
+    """
+    if not 0.0 < chord_error < math.inf:
+        raise SpecificationError("chord_error", f"{chord_error:g} m", "a length above 0 m")
+    scale = 1e3 * specimen.loop_width
+    arcs = ring_arcs(specimen.centreline, specimen.radius / specimen.loop_width, chord_error / specimen.loop_width)
+    return make_fibres([scale * specimen.centreline.position(arcs)], 1e3 * specimen.radius, 1e3 * chord_error)
+
+
+def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float) -> tuple[Fibre, ...]:
+    """Make the surfaces of strands of equal radius, moved together so that their lowest corner is the origin.
+
+    Parameters
+    ----------
+    strands : sequence of FloatArray
+        Points (m, 3) of each, spaced as `ring_arcs` says [mm].
+    radius, chord_error : float
+        Radius and how far the mesh may lie inside the tube [mm].
+
+    Returns
+    -------
+    tuple of Fibre
+    """
+    sides = sides_for(radius, 0.5 * chord_error)
+    _budget(sum(len(points) for points in strands), sides)
+    meshes = [tube_mesh(points, radius, sides) for points in strands]
+    corner = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
+    for mesh in meshes:
+        mesh.apply_translation(-corner)
+    return tuple(
+        Fibre(points=points - corner, radius=radius, sides=sides, mesh=mesh)
+        for points, mesh in zip(strands, meshes, strict=True)
+    )
+
+
+def ring_arcs(centreline: Centreline, radius: float, chord_error: float) -> FloatArray:
+    """Return where along a yarn the rings of its tube must stand, closer together where it bends more.
+
+    Along a tube's outer side, a chord between rings ``ds`` apart misses it by ``ds² k (1 + k r)/8``: on frames
+    that do not turn about the curve, its sides are curves parallel to it and the two errors, along and around,
+    add up. Half of the error each is what takes the fewest triangles. Rings are at most a diameter apart.
+
+    Parameters
+    ----------
+    centreline : Centreline
+        The yarn.
+    radius, chord_error : float
+        Radius of the tube and the error allowed [loop widths].
+
+    Returns
+    -------
+    FloatArray, shape (m,)
+        Arc lengths, both ends among them [loop widths].
+
+    Raises
+    ------
+    SpecificationError
+        If the tube would take more than `MOST_TRIANGLES`.
+    """
+    sides = sides_for(radius, 0.5 * chord_error)
+    _budget(math.ceil(centreline.length / (2.0 * radius)), sides)
+    count = math.ceil(_SAMPLES_PER_DIAMETER * centreline.length / (2.0 * radius)) + 2
+    s = np.linspace(0.0, centreline.length, count)
+    bend = np.linalg.norm(centreline.curvature(s), axis=-1)
+    per_length = np.maximum(np.sqrt(bend * (1.0 + bend * radius) / (4.0 * chord_error)), 0.5 / radius)
+    rings = np.concatenate([[0.0], np.cumsum(0.5 * (per_length[1:] + per_length[:-1]) * np.diff(s))])
+    wanted = math.ceil(rings[-1])
+    _budget(wanted + 1, sides)
+    return np.interp(np.linspace(0.0, rings[-1], wanted + 1), rings, s)
+
+
+def _budget(rings: int, sides: int) -> None:
+    """Refuse more triangles than there is room for."""
+    triangles = 2 * rings * sides
+    if triangles > MOST_TRIANGLES:
+        allowed = f"at most {MOST_TRIANGLES} triangles: a smaller knit or a larger chord error"
+        raise SpecificationError("surface", f"{triangles} triangles", allowed)
