@@ -203,7 +203,7 @@ def print_(
     kind: Annotated[Literal["stl", "3mf", "both"], typer.Option("--format", help="File of the surface.")] = "both",
     chord_error: Annotated[
         str | None,
-        typer.Option(help="How far the mesh may lie inside the fibre: 10 um.", show_default="half a layer"),
+        typer.Option(help="How far the mesh may lie off the fibre: 10 um.", show_default="half a layer"),
     ] = None,
     slices: Annotated[bool, typer.Option("--slices", help="Also cut layers; a sheet of twelve.")] = False,
     every: Annotated[

@@ -61,7 +61,7 @@ def surface_checks(fibres: Sequence[Fibre], chord_error: float) -> list[Check]:
     fibres : sequence of Fibre
         The fibres.
     chord_error : float
-        How far their meshes may lie inside the true tubes [mm].
+        How far their meshes may lie off the true tubes [mm].
 
     Returns
     -------
@@ -79,7 +79,7 @@ def surface_checks(fibres: Sequence[Fibre], chord_error: float) -> list[Check]:
         Check(name="pieces of a fibre", found=max(pieces), least=1, most=1),
         Check(name="Euler characteristic", found=_farthest(euler, 2.0), least=2, most=2),
         Check(
-            name="volume / (area × length)",
+            name="volume / (π r² L)",
             found=_farthest(volumes, 0.5 * (least + 1.0)),
             least=least,
             most=1.0,

@@ -55,7 +55,7 @@ def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]
     specimen : Specimen
         Its smooth centreline is taken, not the solver's nodes.
     chord_error : float
-        How far the mesh may lie inside the true tube [m].
+        How far the mesh may lie off the true tube [m].
 
     Returns
     -------
@@ -81,7 +81,7 @@ def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float
     strands : sequence of FloatArray
         Points (m, 3) of each, spaced as `ring_arcs` says [mm].
     radius, chord_error : float
-        Radius and how far the mesh may lie inside the tube [mm].
+        Radius and how far the mesh may lie off the tube [mm].
 
     Returns
     -------
@@ -102,9 +102,10 @@ def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float
 def ring_arcs(centreline: Centreline, radius: float, chord_error: float) -> FloatArray:
     """Return where along a yarn the rings of its tube must stand, closer together where it bends more.
 
-    Along a tube's outer side, a chord between rings ``ds`` apart misses it by ``ds² k (1 + k r)/8``: on frames
-    that do not turn about the curve, its sides are curves parallel to it and the two errors, along and around,
-    add up. Half of the error each is what takes the fewest triangles. Rings are at most a diameter apart.
+    On frames that do not turn about the curve, the edges along a tube are chords of curves parallel to it: between
+    rings ``ds`` apart they miss it by ``ds² k (1 + k r)/8`` on the outer side of a bend, and less on the inner one.
+    The errors along and around add up; half each is what takes the fewest triangles. The mesh then lies up to the
+    whole error inside the tube, and up to half of it outside. Rings are at most a diameter apart.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class Wanted:
     every : int or None
         Show every such layer as a picture of its own.
     chord_error : float or None
-        How far the mesh may lie inside the true tube [m]; None for half a layer.
+        How far the mesh may lie off the true tube [m]; None for half a layer.
     """
 
     formats: tuple[Format, ...]
@@ -71,7 +71,7 @@ class Print:
     layers : int
         Layers of the printer.
     chord_error : float
-        How far the mesh may lie inside the true tube [m].
+        How far the mesh may lie off the true tube [m].
     """
 
     checks: tuple[Check, ...]

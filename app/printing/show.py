@@ -107,8 +107,8 @@ def _allowed(check: Check) -> str:
     if check.least == check.most:
         return least
     if not isfinite(check.least):
-        return f"at most {most}" if check.most else "0"
-    return f"at least {least}" if not isfinite(check.most) else f"{least} to {most}"
+        return f"≤ {most}" if check.most else "0"
+    return f"≥ {least}" if not isfinite(check.most) else f"{least} to {most}"
 
 
 def _figure(check: Check, value: float) -> str:

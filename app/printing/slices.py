@@ -67,14 +67,15 @@ class Slicer:
         self._tallest = [float((top - low).max()) for _, low, top in self._spans]
         self.layer_height = layer_height
         extent = max(float(mesh.bounds[1, 2]) for mesh in self._meshes)
-        self.count = max(1, math.ceil(extent / layer_height - 1e-9))
+        # The last layer is the last one whose middle is inside.
+        self.count = max(1, math.ceil(extent / layer_height - 0.5))
 
     def layer(self, number: int) -> Layer:
         """Cut through the middle of a layer."""
         height = (number + 0.5) * self.layer_height
         outlines = []
         for mesh, (order, low, top), tallest in zip(self._meshes, self._spans, self._tallest, strict=True):
-            first, last = np.searchsorted(low, [height - tallest, height])
+            first, last = np.searchsorted(low, height - tallest), np.searchsorted(low, height, side="right")
             chosen = order[first:last][top[first:last] >= height]
             if chosen.size:
                 lines, faces = mesh_plane(mesh, _UP, height * _UP, return_faces=True, local_faces=chosen)

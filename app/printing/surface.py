@@ -90,9 +90,9 @@ def frames(points: FloatArray, along: FloatArray) -> tuple[FloatArray, FloatArra
 def tube_mesh(points: FloatArray, radius: float, sides: int) -> trimesh.Trimesh:
     """Sweep a regular polygon along a curve and close both ends flat.
 
-    Rings stand across the curve at each point, their corners on the tube: the mesh lies inside it, so a gap
-    between meshes is never narrower than between tubes. Ends are flat for the fibre to be as long as its
-    centreline and its volume area times length (Pappus).
+    Rings stand across the curve at each point, their corners on the tube: facets lie inside it, but for those on
+    the inner side of a bend, whose chords along the tube pass outside. Ends are flat, for the fibre to be as long
+    as its centreline and its volume area times length (Pappus).
 
     Parameters
     ----------

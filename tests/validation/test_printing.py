@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+
+from app.printing.checks import printer_checks, surface_checks
+from app.printing.fibres import Fibre, specimen_fibres
+from app.printing.gap import mesh_gap
+from app.printing.slices import Slicer, sliced_volume
+from app.rig_data import read_printer_data
+from knitlab_core.knits import NAMED_STITCHES, Specimen, planar_specimen
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ERROR = 9.375e-6
+
+
+@pytest.fixture(scope="module")
+def specimen() -> Specimen:
+    return planar_specimen(NAMED_STITCHES["stockinette-default"], rows=6, loops=6, loop_width=8e-3)
+
+
+@pytest.fixture(scope="module")
+def fibre(specimen: Specimen) -> Fibre:
+    (fibre,) = specimen_fibres(specimen, ERROR)
+    return fibre
+
+
+def test_volume(specimen: Specimen, fibre: Fibre, bar: Callable[..., None]) -> None:
+    area = 0.5 * fibre.sides * math.sin(2.0 * math.pi / fibre.sides) * specimen.radius**2
+    error = 1e-9 * float(fibre.mesh.volume) / (area * specimen.yarn_length) - 1.0
+    bar("print 6x6: volume of the mesh", error, 0.002, "1", "Pappus, polygon area x length of the yarn")
+
+
+@pytest.mark.slow
+def test_volume_of_a_fine_mesh(specimen: Specimen, bar: Callable[..., None]) -> None:
+    finer = specimen_fibres(specimen, ERROR / 8.0)[0]
+    error = 1e-9 * float(finer.mesh.volume) / (math.pi * specimen.radius**2 * specimen.yarn_length) - 1.0
+    bar("print 6x6: volume at an eighth of the chord error", error, 2.0 * ERROR / 8.0 / 0.4e-3, "1", "pi r² L")
+
+
+def test_gap(specimen: Specimen, fibre: Fibre, bar: Callable[..., None]) -> None:
+    error = (1e-3 * mesh_gap([fibre]) - specimen.clearance) / ERROR
+    bar("print 6x6: gap of the mesh, in chord errors", error, 2.0, "1", "distance of centrelines less 2r")
+
+
+def test_slices(fibre: Fibre, bar: Callable[..., None]) -> None:
+    volume, _, _ = sliced_volume(Slicer([fibre], 0.01875), 50, lambda _: None)
+    bar("print 6x6: areas of 43 layers", volume / float(fibre.mesh.volume) - 1.0, 0.03, "1", "volume of the mesh")
+
+
+def test_every_check_of_the_6x6_is_met(specimen: Specimen, fibre: Fibre) -> None:
+    checks = surface_checks([fibre], 1e3 * ERROR)
+    checks += printer_checks([fibre], read_printer_data("j35"), 1e3 * specimen.clearance)
+    assert [check.name for check in checks if not check.met] == []
