@@ -5,6 +5,7 @@ arclength   a loop's parameter to arc length and back
 pieces      rows of loops and turn-arounds, by arc length
 centreline  pieces strung to one C1 yarn, and sites on it
 stockinette the planar knit
+volumetric_stitch, volumetric_row, volumetric  the knit of many layers
 distance    where the yarn comes closest to itself
 clearance   ... refused where strands overlap
 clasp       whether loops hold each other
@@ -19,15 +20,19 @@ from knitlab_core.knits.distance import Approach, closest_approach
 from knitlab_core.knits.specimen import Specimen, planar_specimen
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
 from knitlab_core.knits.stockinette import stockinette
+from knitlab_core.knits.volumetric import volumetric
+from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 
 __all__ = [
     "NAMED_STITCHES",
+    "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
     "Centreline",
     "Site",
     "SiteSet",
     "Specimen",
     "Stitch",
+    "VolumetricStitch",
     "check_clearance",
     "clasp_numbers",
     "closest_approach",
@@ -36,5 +41,6 @@ __all__ = [
     "neighbour_gap",
     "planar_specimen",
     "stockinette",
+    "volumetric",
     "yarn_per_loop",
 ]
