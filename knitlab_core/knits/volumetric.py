@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
 from knitlab_core.knits.pieces import Turn
 from knitlab_core.knits.stockinette import HOOK_ANGLE, MOST_ROWS, check_count
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from knitlab_core.knits.stitch import FloatArray
     from knitlab_core.knits.volumetric_stitch import VolumetricStitch
 
+MOST_STITCHES: Final = 125_000
 _AT_HEAD: Final = (-HOOK_ANGLE, HOOK_ANGLE)
 _AT_FEET: Final = (HOOK_ANGLE - np.pi, np.pi - HOOK_ANGLE)
 
@@ -56,11 +58,13 @@ def volumetric(stitch: VolumetricStitch, *, rows: int, loops: int, layers: int) 
     Raises
     ------
     SpecificationError
-        If a count is not a whole number from 1 to 200.
+        If a count is not a whole number from 1 to 200, or they make more than 125,000 stitches.
     """
     for name, count in (("rows", rows), ("loops", loops), ("layers", layers)):
         check_count(f"specimen.{name}", count, most=MOST_ROWS)
-    in_order = [_row(stitch, number, rows, loops) for number in range(rows * layers)]
+    if rows * loops * layers > MOST_STITCHES:
+        raise SpecificationError("specimen", f"{rows * loops * layers} stitches", f"at most {MOST_STITCHES} stitches")
+    in_order = [numbered_row(stitch, number, rows, loops) for number in range(rows * layers)]
     pieces: list[VolumetricRow | Turn] = [in_order[0]]
     for before, after in pairwise(in_order):
         pieces += [_turn(before, after), after]
@@ -74,17 +78,18 @@ def row_number(row: int, layer: int, rows: int) -> int:
     return layer * rows + (row if wale_sign(layer) > 0 else rows - 1 - row)
 
 
+def numbered_row(stitch: VolumetricStitch, number: int, rows: int, loops: int) -> VolumetricRow:
+    """Return the row that is knitted as number 0, 1, ... of the yarn; it is piece 2 ``number``."""
+    layer, within = divmod(number, rows)
+    row = within if wale_sign(layer) > 0 else rows - 1 - within
+    return VolumetricRow(stitch=stitch, row=row, layer=layer, loops=loops, direction=-1 if number % 2 else 1)
+
+
 def volumetric_middle(stitch: VolumetricStitch, rows: int, loops: int, layers: int) -> FloatArray:
     """Return the point (3,) midway between the means of opposite faces' sites [loop widths]."""
     upward = float(np.mean([wale_sign(layer) for layer in range(layers)]))
     wale = 0.5 * ((rows - 1) * stitch.row_spacing + upward * stitch.wale_height)
     return np.array([loops - 0.5, wale, 0.5 * ((layers - 1) * stitch.layer_spacing + stitch.pile_height)])
-
-
-def _row(stitch: VolumetricStitch, number: int, rows: int, loops: int) -> VolumetricRow:
-    layer, within = divmod(number, rows)
-    row = within if wale_sign(layer) > 0 else rows - 1 - within
-    return VolumetricRow(stitch=stitch, row=row, layer=layer, loops=loops, direction=-1 if number % 2 else 1)
 
 
 def _turn(before: VolumetricRow, after: VolumetricRow) -> Turn:
