@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.clasp import stitch_clasp
