@@ -99,15 +99,15 @@ def build_specimen(loaded: Loaded) -> Specimen:
         raise loaded.locate(error) from error
 
 
-def describe(specimen: Specimen) -> SpecimenFacts:
-    """Return what is known of a specimen before any physics."""
+def describe(specimen: Specimen, stitch: Stitch) -> SpecimenFacts:
+    """Return what is known of a planar specimen of a stitch before any physics."""
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
         clearance=specimen.clearance,
         fibre_radius=specimen.radius,
         gauge_lengths=gauge_lengths(specimen),
-        locking_strain=locking_strain(specimen.stitch, yarn_per_loop(specimen.stitch)),
+        locking_strain=locking_strain(stitch, yarn_per_loop(stitch)),
     )
 
 
@@ -120,7 +120,7 @@ def dry_run(loaded: Loaded) -> Plan:
         If the specimen cannot exist or the log would be too long.
     """
     protocol = loaded.protocol
-    facts = describe(build_specimen(loaded))
+    facts = describe(build_specimen(loaded), stitch_of(protocol.specimen))
     try:
         planned = planned_strokes(protocol, facts.gauge_lengths)
         rows = planned_rows(protocol, facts.gauge_lengths)

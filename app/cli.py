@@ -130,7 +130,7 @@ def preview(
     as_json: AsJson = False,
 ) -> None:
     """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
-    from app.check import build_specimen, describe  # noqa: PLC0415
+    from app.check import build_specimen, describe, stitch_of  # noqa: PLC0415
     from app.pictures import specimen_picture  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
@@ -143,7 +143,7 @@ def preview(
     note = specimen_picture(specimen, picture).note
     if note:
         _complain(note)
-    facts = describe(specimen)
+    facts = describe(specimen, stitch_of(loaded.protocol.specimen))
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
     else:
