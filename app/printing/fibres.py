@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.printing.surface import sides_for, tube_mesh
+from app.printing.surface import bend_radii, sides_for, tube_mesh
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import trimesh
 
-    from knitlab_core.knits import Centreline, Specimen
+    from knitlab_core.knits import Specimen
     from rigs.record import FloatArray
 
 MOST_TRIANGLES: Final = 5_000_000
@@ -68,9 +68,13 @@ def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]
     """
     if not 0.0 < chord_error < math.inf:
         raise SpecificationError("chord_error", f"{chord_error:g} m", "a length above 0 m")
-    scale = 1e3 * specimen.loop_width
-    arcs = ring_arcs(specimen.centreline, specimen.radius / specimen.loop_width, chord_error / specimen.loop_width)
-    return make_fibres([scale * specimen.centreline.position(arcs)], 1e3 * specimen.radius, 1e3 * chord_error)
+    curve, unit = specimen.centreline, specimen.loop_width
+
+    def lay(s: FloatArray) -> tuple[FloatArray, ...]:
+        return (curve.position(s),)
+
+    arcs = ring_arcs(lay, curve.length, specimen.radius / unit, chord_error / unit)
+    return make_fibres([1e3 * unit * points for points in lay(arcs)], 1e3 * specimen.radius, 1e3 * chord_error)
 
 
 def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float) -> tuple[Fibre, ...]:
@@ -99,8 +103,10 @@ def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float
     )
 
 
-def ring_arcs(centreline: Centreline, radius: float, chord_error: float) -> FloatArray:
-    """Return where along a yarn the rings of its tube must stand, closer together where it bends more.
+def ring_arcs(
+    lay: Callable[[FloatArray], Sequence[FloatArray]], length: float, radius: float, chord_error: float
+) -> FloatArray:
+    """Return where along a yarn the rings of its tubes must stand, closer together where they bend more.
 
     On frames that do not turn about the curve, the edges along a tube are chords of curves parallel to it: between
     rings ``ds`` apart they miss it by ``ds² k (1 + k r)/8`` on the outer side of a bend, and less on the inner one.
@@ -109,31 +115,40 @@ def ring_arcs(centreline: Centreline, radius: float, chord_error: float) -> Floa
 
     Parameters
     ----------
-    centreline : Centreline
-        The yarn.
+    lay : callable
+        Returns the points (m, 3) of every fibre beside the arc lengths (m,) of the yarn it is given.
+    length : float
+        Of the yarn.
     radius, chord_error : float
-        Radius of the tube and the error allowed [loop widths].
+        Radius of the tubes and the error allowed; all lengths in one unit.
 
     Returns
     -------
     FloatArray, shape (m,)
-        Arc lengths, both ends among them [loop widths].
+        Arc lengths of the yarn, both ends among them.
 
     Raises
     ------
     SpecificationError
-        If the tube would take more than `MOST_TRIANGLES`.
+        If a tube would take more than `MOST_TRIANGLES`.
     """
     sides = sides_for(radius, 0.5 * chord_error)
-    _budget(math.ceil(centreline.length / (2.0 * radius)), sides)
-    count = math.ceil(_SAMPLES_PER_DIAMETER * centreline.length / (2.0 * radius)) + 2
-    s = np.linspace(0.0, centreline.length, count)
-    bend = np.linalg.norm(centreline.curvature(s), axis=-1)
-    per_length = np.maximum(np.sqrt(bend * (1.0 + bend * radius) / (4.0 * chord_error)), 0.5 / radius)
-    rings = np.concatenate([[0.0], np.cumsum(0.5 * (per_length[1:] + per_length[:-1]) * np.diff(s))])
+    _budget(math.ceil(0.5 * length / radius), sides)
+    s = np.linspace(0.0, length, math.ceil(0.5 * _SAMPLES_PER_DIAMETER * length / radius) + 3)
+    needed = np.max([_rings_between(points, radius, chord_error) for points in lay(s)], axis=0)
+    rings = np.concatenate([[0.0], np.cumsum(needed)])
     wanted = math.ceil(rings[-1])
     _budget(wanted + 1, sides)
     return np.interp(np.linspace(0.0, rings[-1], wanted + 1), rings, s)
+
+
+def _rings_between(points: FloatArray, radius: float, chord_error: float) -> FloatArray:
+    """Return how many rings, in parts of one, a tube needs between its points, (m, 3) -> (m - 1,)."""
+    bend = 1.0 / bend_radii(points)
+    bend = np.concatenate([bend[:1], np.maximum(bend[1:], bend[:-1]), bend[-1:]])
+    per_length = np.maximum(np.sqrt(bend * (1.0 + bend * radius) / (4.0 * chord_error)), 0.5 / radius)
+    rings: FloatArray = per_length * np.linalg.norm(np.diff(points, axis=0), axis=-1)
+    return rings
 
 
 def _budget(rings: int, sides: int) -> None:

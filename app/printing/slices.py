@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import trimesh
 from trimesh.intersections import mesh_plane
 
 if TYPE_CHECKING:
@@ -45,6 +46,29 @@ class Layer:
         return 0.5 * float(np.sum(start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]))
 
 
+class _Stack:
+    """Hold the triangles of a mesh from the lowest up, so that a cut need not look at all of them."""
+
+    def __init__(self, mesh: trimesh.Trimesh) -> None:
+        self._vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+        heights = self._vertices[:, 2][faces]
+        lowest = heights.min(axis=1)
+        order = np.argsort(lowest)
+        self._faces, self._low, self._top = faces[order], lowest[order], heights.max(axis=1)[order]
+        self._tallest = float((self._top - self._low).max())
+
+    def cut(self, height: float) -> FloatArray:
+        """Return the outline (k, 2, 2) at a height, material on its left."""
+        first, last = np.searchsorted(self._low, height - self._tallest), np.searchsorted(self._low, height, "right")
+        near = self._faces[first:last][self._top[first:last] >= height]
+        if not len(near):
+            return np.empty((0, 2, 2))
+        used, renamed = np.unique(near, return_inverse=True)
+        band = trimesh.Trimesh(self._vertices[used], renamed.reshape(-1, 3), process=False)
+        lines, cut = mesh_plane(band, _UP, height * _UP, return_faces=True)
+        return _turned(lines[:, :, :2], _outward(np.asarray(band.triangles)[cut]))
+
+
 class Slicer:
     """Cut fibres at any height; their triangles are sorted by height once.
 
@@ -57,31 +81,17 @@ class Slicer:
     """
 
     def __init__(self, fibres: Sequence[Fibre], layer_height: float) -> None:
-        self._meshes = [fibre.mesh for fibre in fibres]
-        self._spans = []
-        for mesh in self._meshes:
-            heights = mesh.vertices[:, 2][mesh.faces]
-            lowest = heights.min(axis=1)
-            order = np.argsort(lowest)
-            self._spans.append((order, lowest[order], heights.max(axis=1)[order]))
-        self._tallest = [float((top - low).max()) for _, low, top in self._spans]
+        self._stacks = [_Stack(fibre.mesh) for fibre in fibres]
         self.layer_height = layer_height
-        extent = max(float(mesh.bounds[1, 2]) for mesh in self._meshes)
+        extent = max(float(fibre.mesh.bounds[1, 2]) for fibre in fibres)
         # The last layer is the last one whose middle is inside.
         self.count = max(1, math.ceil(extent / layer_height - 0.5))
 
     def layer(self, number: int) -> Layer:
         """Cut through the middle of a layer."""
         height = (number + 0.5) * self.layer_height
-        outlines = []
-        for mesh, (order, low, top), tallest in zip(self._meshes, self._spans, self._tallest, strict=True):
-            first, last = np.searchsorted(low, height - tallest), np.searchsorted(low, height, side="right")
-            chosen = order[first:last][top[first:last] >= height]
-            if chosen.size:
-                lines, faces = mesh_plane(mesh, _UP, height * _UP, return_faces=True, local_faces=chosen)
-                outlines.append(_turned(lines[:, :, :2], _outward(mesh.triangles[faces])))
-        empty = np.empty((0, 2, 2))
-        return Layer(number=number, height=height, outline=np.concatenate([empty, *outlines]))
+        outlines = [stack.cut(height) for stack in self._stacks]
+        return Layer(number=number, height=height, outline=np.concatenate(outlines))
 
     def every(self, step: int) -> range:
         """Return the numbers of the layers in the middle of each `step` of them."""

@@ -97,7 +97,7 @@ def tube_mesh(points: FloatArray, radius: float, sides: int) -> trimesh.Trimesh:
     Parameters
     ----------
     points : FloatArray
-        Points (m, 3) on the smooth centreline, two or more, no two neighbours equal [mm].
+        Points (m, 3) on the smooth centreline, two or more, with turns well under 90 degrees between them [mm].
     radius : float
         Radius of the tube [mm].
     sides : int
@@ -116,8 +116,10 @@ def tube_mesh(points: FloatArray, radius: float, sides: int) -> trimesh.Trimesh:
     points = np.ascontiguousarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.isfinite(points).all():
         raise SpecificationError("points", points.shape, "two or more finite points (m, 3)")
-    if not np.linalg.norm(np.diff(points, axis=0), axis=-1).all():
-        raise SpecificationError("points", "two equal neighbours", "points that advance along a curve")
+    step = np.diff(points, axis=0)
+    if not step.any(axis=-1).all() or (np.sum(step[1:] * step[:-1], axis=-1) <= 0.0).any():
+        found = "neighbours that are equal, or a turn of 90 degrees or more at one point"
+        raise SpecificationError("points", found, "points that advance along a smooth curve")
     if not radius > 0.0 or sides < 3:
         raise SpecificationError("tube", f"radius {radius:g} mm, {sides} sides", "a radius above 0 mm, 3 sides or more")
     first, second = frames(points, tangents(points))

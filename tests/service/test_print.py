@@ -80,7 +80,7 @@ def test_what_a_printer_cannot_make_is_an_outcome(say: Callable[..., Said], tmp_
     assert "printable: no" in said.out
     refused = [line.split("  ")[0].strip() for line in said.out.splitlines() if "NOT MET" in line]
     assert refused == ["fibre diameter", "gap by the centreline", "gap by the mesh"]
-    assert (tmp_path / "p.stl").exists()
+    assert (tmp_path / "biaxial_small.stl").exists()
 
 
 def test_the_same_knit_is_printable_where_the_paper_printed_it(say: Callable[..., Said], tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from app.printing.fibres import Fibre, specimen_fibres
 from app.printing.gap import mesh_gap
 from app.printing.slices import Slicer, sliced_volume
 from app.rig_data import read_printer_data
-from knitlab_core.knits import NAMED_STITCHES, Specimen, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Specimen, planar_specimen, volumetric_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,3 +56,22 @@ def test_every_check_of_the_6x6_is_met(specimen: Specimen, fibre: Fibre) -> None
     checks = surface_checks([fibre], 1e3 * ERROR)
     checks += printer_checks([fibre], read_printer_data("j35"), 1e3 * specimen.clearance)
     assert [check.name for check in checks if not check.met] == []
+
+
+@pytest.mark.slow
+def test_the_6x6x6_is_printable(bar: Callable[..., None]) -> None:
+    stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
+    specimen = volumetric_specimen(stitch, rows=6, loops=6, layers=6, loop_width=8e-3)
+    fibres = specimen_fibres(specimen, ERROR)
+    checks = surface_checks(fibres, 1e3 * ERROR)
+    checks += printer_checks(fibres, read_printer_data("j35"), 1e3 * specimen.clearance)
+    assert [check.name for check in checks if not check.met] == []
+    (fibre,) = fibres
+    bar("print 6x6x6: triangles", len(fibre.mesh.faces), 2_500_000, "1", "half of the limit")
+    area = 0.5 * fibre.sides * math.sin(2.0 * math.pi / fibre.sides) * specimen.radius**2
+    error = 1e-9 * float(fibre.mesh.volume) / (area * specimen.yarn_length) - 1.0
+    bar("print 6x6x6: volume of the mesh", error, 0.002, "1", "Pappus, polygon area x length of the yarn")
+    error = (1e-3 * mesh_gap(fibres) - specimen.clearance) / ERROR
+    bar("print 6x6x6: gap of the mesh, in chord errors", error, 2.0, "1", "distance of centrelines less 2r")
+    volume, _, _ = sliced_volume(Slicer(fibres, 0.01875), 400, lambda _: None)
+    bar("print 6x6x6: areas of 360 layers", volume / float(fibre.mesh.volume) - 1.0, 0.03, "1", "volume of the mesh")
