@@ -207,7 +207,7 @@ def print_(
     ] = None,
     slices: Annotated[bool, typer.Option("--slices", help="Also cut layers; a sheet of twelve.")] = False,
     every: Annotated[
-        int | None, typer.Option(help="Also draw every so manieth layer to scale.", min=1, show_default=False)
+        int | None, typer.Option(help="Also draw every N-th layer, to scale.", min=1, show_default=False)
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
