@@ -191,9 +191,7 @@ DEFAULT_FRICTION: Final = Value(
 """Coulomb coefficient of yarn on yarn, where a specimen does not give one."""
 
 
-def material_named(
-    name: str, field: str = "specimen.material", known: Mapping[str, Material] = MATERIALS
-) -> Material:
+def material_named(name: str, field: str = "specimen.material", known: Mapping[str, Material] = MATERIALS) -> Material:
     """Return the material of a name.
 
     Parameters

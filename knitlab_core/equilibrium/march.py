@@ -101,9 +101,7 @@ def advance(
     return None if found is None else relaxed(work.model, state, found, duration), report
 
 
-def _search(
-    work: Workspace, state: State, target: FloatArray, options: Options
-) -> tuple[State | None, Report]:
+def _search(work: Workspace, state: State, target: FloatArray, options: Options) -> tuple[State | None, Report]:
     """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)

@@ -147,9 +147,7 @@ def sever(model: Model, edge: int) -> Model:
     )
 
 
-def break_fibre(
-    work: Workspace, state: State, edge: int, options: Options | None = None
-) -> tuple[Workspace, State]:
+def break_fibre(work: Workspace, state: State, edge: int, options: Options | None = None) -> tuple[Workspace, State]:
     """Cut a fibre and let all that hung on it find its balance, with the fixtures where they are.
 
     The forces that held the cut together are let go by and by, so that the knit follows instead of being thrown.

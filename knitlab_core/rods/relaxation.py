@@ -84,9 +84,7 @@ def rod_strains(q: FloatArray, rods: Rods, frames: Frames) -> FloatArray:
     return strain
 
 
-def relaxed_rods(
-    rods: Rods, relaxation: Relaxation, strain: FloatArray, history: FloatArray, duration: float
-) -> Rods:
+def relaxed_rods(rods: Rods, relaxation: Relaxation, strain: FloatArray, history: FloatArray, duration: float) -> Rods:
     """Make the elastic rods that stand for the relaxing ones during one step.
 
     Parameters
@@ -112,7 +110,7 @@ def relaxed_rods(
     # Sum over terms of g (γ e - β h).
     moved = np.tensordot(relaxation.shares * gain, np.broadcast_to(strain, history.shape), 1)
     moved = (moved - np.tensordot(relaxation.shares * decay, history, 1)) / share
-    # An edge of rest length (1 + s) ℓ and stiffness k EA (1 + s) has the force k EA (e - s) and its energy.
+    # An edge of rest length (1 + s) L and stiffness k EA (1 + s) has the force k EA (e - s) and its energy.
     stretch = 1.0 + moved[:, 0]
     return rods._replace(
         rest_length=rods.rest_length * stretch,

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
+from knitlab_core.equilibrium.march import march
+from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import hold_steps
+from tests.validation.knit import Knit, make_knit
 from tests.validation.viscous_rod import PRONY, SOLID, mean_modulus, modulus, relaxing_rod, step
 
 if TYPE_CHECKING:
@@ -85,9 +90,7 @@ def test_ramp_then_hold_is_the_hereditary_integral(bar: Callable[..., None], ste
 
 @pytest.mark.parametrize(("turn", "twist"), [(0.4, 0.0), (0.0, 0.3)], ids=["bent", "twisted"])
 @pytest.mark.parametrize("steps", [1, 5])
-def test_bending_and_twisting_at_an_even_pace(
-    bar: Callable[..., None], steps: int, turn: float, twist: float
-) -> None:
+def test_bending_and_twisting_at_an_even_pace(bar: Callable[..., None], steps: int, turn: float, twist: float) -> None:
     work, rest = relaxing_rod(PRONY, straight=True)
     elastic, _ = relaxing_rod(None, straight=True)
     for one in (work, elastic):
@@ -141,12 +144,51 @@ def test_energy_of_a_ramp_and_a_hold(bar: Callable[..., None]) -> None:
     work, rest = relaxing_rod(PRONY)
     work.model.fixed[-1, :3] = True
     target, state = rest.q.copy(), rest
-    for _ in range(20):
+    for _ in range(40):
         target = target.copy()
-        target[-1, :3] += [-0.25, 0.3, 0.1]
-        state = step(work, state, target, 0.1)
+        target[-1, :3] += [-0.125, 0.15, 0.05]
+        state = step(work, state, target, 0.05)
     for duration in hold_steps(PRONY, 100.0):
         state = step(work, state, target, duration)
     rest_of = state.external_work - float(state.energies.sum()) - state.viscous_work
     bar("bent rod, ramp and hold: energy balance", rest_of / state.external_work, 0.01, "1", "work in = stored + lost")
     assert state.viscous_work > 0.2 * state.external_work
+
+
+def test_a_relaxing_knit_keeps_its_books(bar: Callable[..., None]) -> None:
+    knit = make_knit(2)
+    work, state = Workspace(replace(knit.model, relaxation=PRONY)), knit.start
+    peak = state
+    for begin, end in ((0.0, 0.25), (0.25, 0.1)):
+        path = partial(_between, knit, begin, end)
+        for _, found, _ in march(work, state, path, longest=0.00625 / abs(end - begin), duration=4.0):
+            state = found
+        peak = state if begin == 0.0 else peak
+    for duration in hold_steps(PRONY, 100.0):
+        *_, (_, state, _) = march(work, state, lambda _: knit.target(0.1), longest=1.0, duration=duration)
+    spent = float(state.energies.sum()) + state.friction_work + state.viscous_work
+    bar("relaxing knit: work in = stored + lost", spent / state.external_work - 1.0, 0.01, "1", "energy balance")
+    *_, (_, elastic, _) = march(Workspace(knit.model), knit.start, partial(_between, knit, 0.0, 0.25), longest=0.05)
+    assert state.viscous_work > 0.05 * state.external_work
+    for relaxed, stiff in zip(knit.force(peak), knit.force(elastic), strict=True):
+        assert 0.5 * stiff < relaxed < 0.95 * stiff
+
+
+def _between(knit: Knit, begin: float, end: float, share: float) -> NDArray[np.float64]:
+    return knit.target(begin + (end - begin) * share)
+
+
+def test_time_is_nothing_to_elastic_rods() -> None:
+    knit = make_knit(2)
+    ends = []
+    for duration in (0.0, 7.0):
+        *_, (_, end, _) = march(
+            Workspace(knit.model), knit.start, partial(_between, knit, 0.0, 0.15), longest=0.25, duration=duration
+        )
+        ends.append(end)
+    first, second = ends
+    np.testing.assert_array_equal(first.q, second.q)
+    np.testing.assert_array_equal(first.reaction, second.reaction)
+    assert first.external_work == second.external_work
+    assert first.history is None
+    assert first.viscous_work == 0.0
