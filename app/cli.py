@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -187,15 +187,44 @@ def run(
 
 
 @knitlab.command(
-    short_help="Print the JSON Schema of protocol files.",
-    epilog="\b\nExample:\n  knitlab schema > protocol.schema.json",
+    short_help="List the materials, with the source of every number.",
+    epilog="\b\nExamples:\n  knitlab materials\n  knitlab materials examples/materials/my-resins.yaml",
 )
-def schema() -> None:
-    """Print the JSON Schema of protocol files, for editors that complete and check YAML."""
-    from app.schemas import json_schema  # noqa: PLC0415
+def materials(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="Materials of one's own (YAML).", show_default=False)
+    ] = None,
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """List the materials of the catalogue, and those of a file, with the source of every number."""
+    from app.materials import known_materials  # noqa: PLC0415
+    from app.tables import materials_data, print_json, print_materials  # noqa: PLC0415
+
+    known = known_materials(file)
+    if as_json:
+        print_json(materials_data(known))
+    else:
+        print_materials(known)
+
+
+@knitlab.command(
+    short_help="Print the JSON Schema of protocol or materials files.",
+    epilog="\b\nExamples:\n  knitlab schema > protocol.schema.json\n"
+    "  knitlab schema --kind material > material.schema.json",
+)
+def schema(
+    *,
+    kind: Annotated[
+        Literal["protocol", "material"], typer.Option(help="Which kind of file: protocol or material.")
+    ] = "protocol",
+) -> None:
+    """Print the JSON Schema of protocol or materials files, for editors that complete and check YAML."""
+    from app import schemas  # noqa: PLC0415
+    from app.schemas import materials as material_schemas  # noqa: PLC0415
     from app.tables import print_json  # noqa: PLC0415
 
-    print_json(json_schema())
+    print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
 
 
 def exit_code(result: RunResult) -> int:

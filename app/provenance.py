@@ -65,12 +65,15 @@ def _version(package: str) -> str:
 
 
 def _facts(name: str, part: object) -> Iterator[Fact]:
-    """Yield every number with a source that a dataclass holds, however deep."""
+    """Yield every number with a source that a dataclass or a tuple holds, however deep."""
     if isinstance(part, Datum | Value):
         yield from _sourced(name, part)
     elif is_dataclass(part):
         for field in fields(part):
             yield from _facts(f"{name}.{field.name}", getattr(part, field.name))
+    elif isinstance(part, tuple):
+        for number, one in enumerate(part):
+            yield from _facts(f"{name}[{number}]", one)
 
 
 def _sourced(name: str, number: Datum | Value) -> Iterator[Fact]:

@@ -15,11 +15,13 @@ from knitlab_core.materials import DEFAULT_FRICTION, material_named
 from rigs.protocol import AXES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from types import TracebackType
     from typing import Self
 
     from app.check import Plan, SpecimenFacts
     from app.usecases import RunResult
+    from knitlab_core.materials import Material, Value
     from rigs.motion import Stroke
     from rigs.protocol import Protocol
 
@@ -187,6 +189,41 @@ def print_result(result: RunResult) -> None:
         for name, value, unit in result.figures:
             table.add_row(name, f"{value:.4g}", unit)
         console.print(table)
+
+
+def materials_data(known: Mapping[str, Material]) -> dict[str, Any]:
+    """Return materials as plain data, SI units, each number with its source."""
+    return {name: asdict(material) for name, material in known.items()}
+
+
+def print_materials(known: Mapping[str, Material]) -> None:
+    """Print every number of every material with its source."""
+    table = Table("material", "number", "value", "source")
+    for name, material in known.items():
+        first = name
+        for number, value in _numbers(material):
+            table.add_row(first, number, str(value), value.source)
+            first = ""
+        if material.note:
+            table.add_row("", "note", "", material.note)
+    _stdout().print(table)
+
+
+def _numbers(material: Material) -> list[tuple[str, Value]]:
+    """Return the numbers of a material that are known, under the words of a table."""
+    single = {
+        "Young's modulus": material.young_modulus,
+        "Poisson's ratio": material.poisson_ratio,
+        "strength": material.strength,
+        "elongation at break": material.elongation_at_break,
+        "density": material.density,
+    }
+    terms = [
+        (f"{word} {number}", value)
+        for number, term in enumerate(material.relaxation, 1)
+        for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
+    ]
+    return [(word, value) for word, value in single.items() if value is not None] + terms
 
 
 def _stdout() -> Console:

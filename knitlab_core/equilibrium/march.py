@@ -1,11 +1,12 @@
 """From equilibrium to equilibrium: guess, search, cut the step on failure, grow it again."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
@@ -73,7 +74,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
 
 
 def advance(
-    work: Workspace, state: State, target: FloatArray, options: Options | None = None
+    work: Workspace, state: State, target: FloatArray, options: Options | None = None, *, duration: float = 0.0
 ) -> tuple[State | None, Report]:
     """Find the equilibrium with fixed unknowns at `target`, from the one before.
 
@@ -87,12 +88,21 @@ def advance(
         Where the fixed unknowns shall be; other entries are ignored.
     options : Options, optional
         How hard to try.
+    duration : float
+        Time the step takes [s]; it matters only to rods that relax.
 
     Returns
     -------
     State or None, Report
         The new equilibrium, None where the search failed, and how it went.
     """
+    with relaxing(work, state, duration):
+        found, report = _search(work, state, target, options or Options())
+    return None if found is None else relaxed(work.model, state, found, duration), report
+
+
+def _search(work: Workspace, state: State, target: FloatArray, options: Options) -> tuple[State | None, Report]:
+    """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
     work.start_step(state.q, state.frames, state.memory)
@@ -107,7 +117,7 @@ def advance(
     frames = state.frames.copy()
     follow(q, model.rods.has_edge, state.frames, frames)
     work.keep_listed(q)
-    q, frames, gradient, report = equilibrate(work, q, frames, options or Options())
+    q, frames, gradient, report = equilibrate(work, q, frames, options)
     if not report.converged:
         return None, report
     memory, slip_work = work.settle()
@@ -115,7 +125,8 @@ def advance(
     increment = q - state.q
     pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
     return (
-        State(
+        replace(
+            state,
             q=q,
             frames=frames.copy(),
             memory=memory,
@@ -137,6 +148,7 @@ def march(
     *,
     longest: float,
     options: Options | None = None,
+    duration: float = 0.0,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
@@ -152,6 +164,8 @@ def march(
         Longest step of the parameter.
     options : Options, optional
         How hard to try.
+    duration : float
+        Time the whole path takes, at an even pace [s]; it matters only to rods that relax.
 
     Raises
     ------
@@ -165,7 +179,7 @@ def march(
         to = at + step
         if to > 1.0 - 1e-9:
             to = 1.0
-        found, report = advance(work, state, path(to), options)
+        found, report = advance(work, state, path(to), options, duration=duration * (to - at))
         if found is None:
             step *= 0.5
             if step < SMALLEST_STEP * whole:

@@ -10,6 +10,7 @@ from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
 from knitlab_core.rods.frames import Frames
+from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.units import Scales
 
@@ -32,6 +33,8 @@ class Model:
         Unknowns that are prescribed; the dummy angle at each rod's end is always among them.
     scales : Scales
         What one unit is in SI.
+    relaxation : Relaxation or None
+        How the rods' stiffness relaxes; None for elastic rods.
     """
 
     rods: Rods
@@ -39,6 +42,7 @@ class Model:
     law: ContactLaw
     fixed: BoolArray
     scales: Scales
+    relaxation: Relaxation | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +67,10 @@ class State:
         Stretching, bending, twisting and contact energy [E r^3].
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
+    history : (M, N, 4) array or None
+        Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
+    viscous_work, fracture_work : float
+        Work lost by relaxing, and energy set free by fibres that broke, since the start [E r^3].
     """
 
     q: FloatArray
@@ -74,6 +82,9 @@ class State:
     energies: FloatArray
     external_work: float
     friction_work: float
+    history: FloatArray | None = None
+    viscous_work: float = 0.0
+    fracture_work: float = 0.0
 
 
 def make_model(

@@ -85,7 +85,7 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
     said = say("--help")
     assert said.code == 0
     assert "knitlab run examples/biaxial_cycle.yaml" in said.out
-    for command in ("check", "preview", "run", "schema"):
+    for command in ("check", "preview", "run", "materials", "schema"):
         assert command in said.out
         assert "knitlab " + command in say(command, "--help").out
 
@@ -108,6 +108,25 @@ def test_version(say: Callable[..., Said]) -> None:
     said = say("--version")
     assert said.code == 0
     assert said.out.startswith("knitlab ")
+
+
+def test_materials_are_listed_with_their_sources(say: Callable[..., Said]) -> None:
+    said = say("materials", EXAMPLES / "materials" / "my-resins.yaml")
+    assert (said.code, said.err) == (0, "")
+    for text in ("RGD8530-DM", "8.2e+08 Pa", "creeping-resin", "relaxation time 3", "(assumed)"):
+        assert text in said.out
+    data = json.loads(say("materials", "--json").out)
+    assert data["IP-Dip"]["young_modulus"]["value"] == 3e9
+    assert "creeping-resin" not in data
+    wrong = say("materials", MAIN_JOB)
+    assert wrong.code == 2
+    assert wrong.err.startswith(f"{MAIN_JOB}:")
+    assert "Traceback" not in wrong.err
+
+
+def test_schemas_of_both_kinds_of_file(say: Callable[..., Said]) -> None:
+    assert "steps" in json.loads(say("schema").out)["required"]
+    assert "materials" in json.loads(say("schema", "--kind", "material").out)["required"]
 
 
 def test_check_prints_the_plan_of_the_main_job(say: Callable[..., Said]) -> None:
