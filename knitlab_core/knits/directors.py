@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 FRAME_STEP: Final = 0.01
 """Longest step by which directors are carried [loop widths]; the error of a step is of fifth order in it."""
 
+_NO_STEP: Final = 1e-9
+
 
 def directors(centreline: Centreline, s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the directors e2 and e3 of the rotation-minimising frame at arc lengths s.
@@ -49,7 +51,10 @@ def directors(centreline: Centreline, s: FloatArray) -> tuple[FloatArray, FloatA
     at, tangent = centreline.position(grid), centreline.tangent(grid)
     any_e2 = _across(tangent)
     any_e3 = np.cross(tangent, any_e2)
-    carried = _double_reflection(at, tangent, any_e2)
+    step = np.diff(grid)[:, None]
+    # Between spots that differ by rounding there is no chord to speak of.
+    chord = np.where(step > _NO_STEP, np.diff(at, axis=0), tangent[1:])
+    carried = _double_reflection(chord, tangent, any_e2)
     turns = np.arctan2(_dot(carried, any_e3[1:]), _dot(carried, any_e2[1:]))
     angle = np.concatenate([[0.0], np.cumsum(turns)])[:, None]
     e2 = np.cos(angle) * any_e2 + np.sin(angle) * any_e3
@@ -66,9 +71,8 @@ def _across(tangent: FloatArray) -> FloatArray:
     return unit
 
 
-def _double_reflection(at: FloatArray, tangent: FloatArray, director: FloatArray) -> FloatArray:
-    """Carry each director (n, 3) to the next point: mirror in the chord's plane, then in the tangents'."""
-    chord = np.diff(at, axis=0)
+def _double_reflection(chord: FloatArray, tangent: FloatArray, director: FloatArray) -> FloatArray:
+    """Carry each director (n, 3) to the next point: mirror across the chord (n - 1, 3), then between tangents."""
     once, its_tangent = (_mirror(v[:-1], chord) for v in (director, tangent))
     return _mirror(once, tangent[1:] - its_tangent)
 

@@ -65,7 +65,9 @@ def check_fibres(centreline: Centreline, yarn: Yarn, *, loop_width: float) -> Fi
     curvature, tightest = _tightest_bend(centreline)
     if curvature * outer >= 1.0:
         found = f"a bend of radius {1e3 * loop_width / curvature:.4g} mm at {_spot(centreline, tightest, loop_width)}"
-        raise GeometryError("specimen.yarn", found, f"bends of a radius above R + r = {1e3 * loop_width * outer:.4g} mm")
+        raise GeometryError(
+            "specimen.yarn", found, f"bends of a radius above R + r = {1e3 * loop_width * outer:.4g} mm"
+        )
     between = math.inf
     if curvature > 0.0:
         pair = closest_approach(centreline, largest_curvature=curvature)

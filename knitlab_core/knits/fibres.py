@@ -24,6 +24,9 @@ LARGEST_TWIST: Final = 200.0
 PRINTED_GAP: Final = 0.1
 """Gap between neighbouring fibres as printed, unless told otherwise [fibre radii]: more than the contact's onset."""
 
+LARGEST_TURN: Final = 0.5
+"""Largest turn of a bundle's fibres from node to node [rad]: splines then keep R to 0.05 %."""
+
 _TURN_SAMPLES: Final = 4097
 
 
@@ -47,7 +50,7 @@ class Yarn:
     phase : float
         Angle of the first fibre from the director e2 at the yarn's start, which is the out-of-plane axis [rad].
     model : {'yarn', 'bundle'}
-        One rod with the section of all fibres, or each fibre a rod of its own.
+        One rod with the section of all fibres, or each fibre a rod of its own (``docs/decisions/0008``).
     bonding : float
         Only for ``yarn``: 0 for fibres that slide on each other freely, 1 for fibres glued together.
 
@@ -85,6 +88,8 @@ class Yarn:
         _check_number("bonding", self.bonding, 0.0, 1.0, "from loose to glued")
         if self.model not in ("yarn", "bundle"):
             raise SpecificationError("yarn.model", self.model, "'yarn' or 'bundle'")
+        if self.fibres == 1 and self.winding_radius > 0.0 and self.model == "yarn":
+            raise SpecificationError("yarn.model", self.model, "'bundle' for one fibre that winds: it is a spring")
         if self.straight_gap <= 0.0:
             found = f"fibres whose centres are {self.straight_gap + 2.0 * self.fibre_radius:.4g} loop widths apart"
             allowed = f"more than 2 r = {2.0 * self.fibre_radius:.4g} loop widths: a larger R or less twist"
@@ -94,6 +99,18 @@ class Yarn:
     def outer_radius(self) -> float:
         """Return R + r, the radius of the tube that holds all fibres [loop widths]."""
         return self.winding_radius + self.fibre_radius
+
+    @property
+    def contact_radius(self) -> float:
+        """Return the radius at which a yarn seen as one rod touches others [loop widths].
+
+        Loose fibres make room for each other until a yarn is as thick as its material, r sqrt(n); glued ones keep
+        the outer radius; between them it goes with the bonding. The fibres of a bundle touch at their own radius.
+        """
+        if self.model == "bundle":
+            return self.fibre_radius
+        packed = self.fibre_radius * math.sqrt(self.fibres)
+        return packed + self.bonding * (self.outer_radius - packed)
 
     @property
     def phases(self) -> FloatArray:
@@ -162,6 +179,28 @@ def fibre_strands(centreline: Centreline, arc_lengths: FloatArray, yarn: Yarn) -
     return tuple(
         middle + yarn.winding_radius * (np.cos(angle)[:, None] * e2 + np.sin(angle)[:, None] * e3) for angle in angles
     )
+
+
+def check_turn(yarn: Yarn, arc_lengths: FloatArray) -> None:
+    """Refuse nodes between which fibres turn about the yarn by more than `LARGEST_TURN`.
+
+    Parameters
+    ----------
+    yarn : Yarn
+        The fibres; only those of a bundle have nodes of their own.
+    arc_lengths : FloatArray
+        (m,) nodes along the centreline [loop widths].
+
+    Raises
+    ------
+    SpecificationError
+        Saying how much longer the edges are than they may be.
+    """
+    turn = abs(yarn.twist) * float(np.diff(arc_lengths).max())
+    if yarn.model == "bundle" and turn > LARGEST_TURN:
+        found = f"edges along which fibres turn by {turn:.3g} rad"
+        allowed = f"at most {LARGEST_TURN:g} rad: {turn / LARGEST_TURN:.3g} times as many nodes, or less twist"
+        raise SpecificationError("specimen.nodes_per_loop", found, allowed)
 
 
 def fibre_sites(sites: IntArray, *, nodes: int, fibres: int) -> IntArray:
