@@ -11,7 +11,7 @@ from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.rod import Rods, make_rods
-from knitlab_core.rods.section import SOLID, Section
+from knitlab_core.rods.section import SOLID, Section, with_section
 from knitlab_core.units import Scales
 
 SLIP = 0.02
@@ -117,11 +117,11 @@ def make_model(
     """
     sizes = tuple(len(s) for s in strands)
     x = np.concatenate(strands) / radius
-    rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight, section=section)
+    rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     model = Model(
-        rods=rods,
+        rods=with_section(rods, section),
         samples=_make_samples(rods, sizes, sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,

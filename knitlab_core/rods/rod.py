@@ -19,7 +19,6 @@ from knitlab_core.rods.frames import (
     material_curvature,
     material_directors,
 )
-from knitlab_core.rods.section import SOLID, Section
 from knitlab_core.rods.vectors import row
 
 
@@ -56,9 +55,8 @@ def make_rods(
     *,
     poisson_ratio: float,
     straight: bool = False,
-    section: Section = SOLID,
 ) -> tuple[Rods, Frames]:
-    """Make rods of unit contact radius and unit modulus through the given nodes.
+    """Make circular rods of unit radius and unit modulus through the given nodes.
 
     Parameters
     ----------
@@ -70,8 +68,6 @@ def make_rods(
         For the shear modulus.
     straight : bool
         Rest shape straight and untwisted instead of the given one.
-    section : Section
-        Stiffness relative to a solid round rod of unit radius.
 
     Returns
     -------
@@ -89,7 +85,7 @@ def make_rods(
     span = np.zeros(n)
     span[1:] = 0.5 * (frames.length[:-1] + frames.length[1:])
     span[~inner] = 0.0
-    stretch, bend, twisting = np.pi, np.pi / 4.0, np.pi / 4.0 / (1.0 + poisson_ratio)
+    area, inertia = np.pi, np.pi / 4.0
     curvature, twist = np.zeros((n, 2)), np.zeros(n)
     if not straight:
         measure_strains(q, inner, frames, curvature, twist)
@@ -98,9 +94,9 @@ def make_rods(
         is_inner=inner,
         rest_length=frames.length.copy(),
         span=span,
-        stretch_stiffness=np.where(has_edge, stretch * section.area, 0.0),
-        bend_stiffness=np.where(inner, bend * section.bend, 0.0),
-        twist_stiffness=np.where(inner, twisting * section.twist, 0.0),
+        stretch_stiffness=np.where(has_edge, area, 0.0),
+        bend_stiffness=np.where(inner, inertia, 0.0),
+        twist_stiffness=np.where(inner, inertia / (1.0 + poisson_ratio), 0.0),
         rest_curvature=curvature,
         rest_twist=twist,
     )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from knitlab_core.knits.fibres import Yarn
+    from knitlab_core.rods.rod import Rods
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,3 +52,12 @@ def yarn_section(yarn: Yarn) -> Section:
     steiner = 1.0 + 2.0 * yarn.bonding * (yarn.winding_radius / yarn.fibre_radius) ** 2
     bend = yarn.fibres * ratio**4 * steiner
     return Section(area=yarn.fibres * ratio**2, bend=bend, twist=bend)
+
+
+def with_section(rods: Rods, section: Section) -> Rods:
+    """Return solid round rods of unit radius with the stiffness of a section instead."""
+    return rods._replace(
+        stretch_stiffness=section.area * rods.stretch_stiffness,
+        bend_stiffness=section.bend * rods.bend_stiffness,
+        twist_stiffness=section.twist * rods.twist_stiffness,
+    )

@@ -11,7 +11,6 @@ import pytest
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import follow
 from knitlab_core.rods.rod import edges_of, make_rods, measure_strains
-from knitlab_core.rods.section import Section
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,20 +37,6 @@ def test_stiffness_is_that_of_a_round_rod_of_unit_radius_and_modulus() -> None:
     np.testing.assert_allclose(rods.bend_stiffness, [0.0, EI, EI, EI, 0.0])
     # GJ = E / 2(1 + ν) · π/2
     np.testing.assert_allclose(rods.twist_stiffness, np.array([0.0, 1, 1, 1, 0]) * pi / 5.0)
-
-
-def test_a_section_multiplies_the_stiffness_and_one_changes_no_bit() -> None:
-    solid, _ = make_rods(arc(6, 1.0), (7,), poisson_ratio=0.37)
-    again, _ = make_rods(arc(6, 1.0), (7,), poisson_ratio=0.37, section=Section(area=1.0, bend=1.0, twist=1.0))
-    for one, other in zip(solid, again, strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert solid.bend_stiffness[1] == pi / 4.0
-    assert solid.twist_stiffness[1] == pi / 4.0 / (1.0 + 0.37)
-    yarn, _ = make_rods(arc(6, 1.0), (7,), poisson_ratio=0.37, section=Section(area=0.5, bend=0.25, twist=0.125))
-    np.testing.assert_array_equal(yarn.stretch_stiffness, 0.5 * solid.stretch_stiffness)
-    np.testing.assert_array_equal(yarn.bend_stiffness, 0.25 * solid.bend_stiffness)
-    np.testing.assert_array_equal(yarn.twist_stiffness, 0.125 * solid.twist_stiffness)
-    np.testing.assert_array_equal(yarn.rest_curvature, solid.rest_curvature)
 
 
 def test_inner_nodes_stand_for_half_of_both_edges() -> None:

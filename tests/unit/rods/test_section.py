@@ -1,10 +1,12 @@
 from dataclasses import replace
 from math import pi, sin
 
+import numpy as np
 import pytest
 
 from knitlab_core.knits.fibres import Yarn, same_area
-from knitlab_core.rods.section import SOLID, yarn_section
+from knitlab_core.rods.rod import make_rods
+from knitlab_core.rods.section import SOLID, Section, with_section, yarn_section
 
 # EI of a glued yarn of n touching fibres over that of the single fibre of equal area, from the design notes.
 GLUED = {2: 1.5, 3: 1.22, 4: 1.25, 6: 1.50, 8: 1.83}
@@ -58,3 +60,15 @@ def test_the_area_is_that_of_all_fibres_however_they_are_bonded(bonding: float) 
 @pytest.mark.parametrize("bonding", [0.0, 1.0])
 def test_one_fibre_is_solid_to_the_last_bit(bonding: float) -> None:
     assert yarn_section(Yarn(fibre_radius=0.05, bonding=bonding)) == SOLID
+
+
+def test_a_section_multiplies_the_stiffness_and_solid_changes_no_bit() -> None:
+    turn = np.linspace(0.0, 1.0, 7)
+    rods, _ = make_rods(10.0 * np.column_stack([np.cos(turn), np.sin(turn), turn]), (7,), poisson_ratio=0.37)
+    for one, other in zip(rods, with_section(rods, SOLID), strict=True):
+        np.testing.assert_array_equal(one, other)
+    yarn = with_section(rods, Section(area=0.5, bend=0.25, twist=0.125))
+    np.testing.assert_array_equal(yarn.stretch_stiffness, 0.5 * rods.stretch_stiffness)
+    np.testing.assert_array_equal(yarn.bend_stiffness, 0.25 * rods.bend_stiffness)
+    np.testing.assert_array_equal(yarn.twist_stiffness, 0.125 * rods.twist_stiffness)
+    np.testing.assert_array_equal(yarn.rest_curvature, rods.rest_curvature)
