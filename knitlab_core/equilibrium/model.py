@@ -12,6 +12,7 @@ from knitlab_core.contact.samples import Samples
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
+from knitlab_core.rods.section import SOLID, Section, with_section
 from knitlab_core.units import Scales
 
 SLIP = 0.02
@@ -95,23 +96,26 @@ def make_model(
     poisson_ratio: float,
     friction: float,
     straight: bool = False,
+    section: Section = SOLID,
     sample_spacing: float = SAMPLE_SPACING,
     slip: float = SLIP,
 ) -> tuple[Model, State]:
-    """Make the model of strands of one fibre and their state as given, free of stress.
+    """Make the model of strands of one kind and their state as given, free of stress.
 
     Parameters
     ----------
     strands : sequence of (n, 3) arrays
         Nodes of each strand [m].
     radius : float
-        Fibre radius [m].
+        Radius at which strands touch [m]: the fibre's, or a yarn's outer one.
     young_modulus : float
-        [Pa].
+        Of the fibre's material [Pa]; also in contact.
     poisson_ratio, friction : float
         Poisson's ratio and Coulomb's coefficient.
     straight : bool
         Rest shape straight instead of as given.
+    section : Section
+        Stiffness of a strand relative to a solid round rod of that radius.
     sample_spacing : float
         Distance of contact samples along a strand [r].
     slip : float
@@ -128,7 +132,7 @@ def make_model(
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     model = Model(
-        rods=rods,
+        rods=with_section(rods, section),
         samples=_make_samples(rods, sizes, sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,
