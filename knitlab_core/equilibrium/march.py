@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
@@ -75,7 +76,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
 def advance(
     work: Workspace, state: State, target: FloatArray, options: Options | None = None
 ) -> tuple[State | None, Report]:
-    """Find the equilibrium with fixed unknowns at `target`, from the one before.
+    """Find the equilibrium with fixed unknowns at `target`, from the one before; no bond breaks on the way.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def advance(
     """
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
-    work.start_step(state.q, state.frames, state.memory)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.whole)
     guess = _guess(work, state, motion)
     room = work.room(state.q, guess, 0.95)
     if room < 1.0:
@@ -125,6 +126,7 @@ def advance(
             energies=work.parts(q, frames),
             external_work=state.external_work + float(pushed),
             friction_work=state.friction_work + slip_work,
+            bonds=work.bond_state(state.bonds),
         ),
         report,
     )
@@ -139,6 +141,8 @@ def march(
     options: Options | None = None,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
+
+    Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------
@@ -161,11 +165,18 @@ def march(
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
     at, step = 0.0, whole
+
+    def search(origin: State, to: float) -> tuple[State | None, Report]:
+        return advance(work, origin, path(to), options)
+
     while at < 1.0:
-        to = at + step
+        to = _next(at, step)
         if to > 1.0 - 1e-9:
             to = 1.0
-        found, report = advance(work, state, path(to), options)
+        if work.model.bonds is None:
+            found, report = advance(work, state, path(to), options)
+        else:
+            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
         if found is None:
             step *= 0.5
             if step < SMALLEST_STEP * whole:
@@ -179,3 +190,9 @@ def march(
         # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
         if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)
+
+
+def _next(at: float, step: float) -> float:
+    """Return the next multiple of a step; a march that stopped at a break goes back to it."""
+    steps = at / step
+    return at + step if abs(steps - round(steps)) < 1e-6 else step * float(np.ceil(steps))

@@ -1,11 +1,12 @@
 """What a specimen is to the solver: rods, samples, contact law and prescribed unknowns."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.bonds import BondLaw, Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
@@ -32,6 +33,8 @@ class Model:
         Unknowns that are prescribed; the dummy angle at each rod's end is always among them.
     scales : Scales
         What one unit is in SI.
+    bonds : Bonds or None
+        Fused points as printed; None where strands do not fuse.
     """
 
     rods: Rods
@@ -39,6 +42,7 @@ class Model:
     law: ContactLaw
     fixed: BoolArray
     scales: Scales
+    bonds: Bonds | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +67,8 @@ class State:
         Stretching, bending, twisting and contact energy [E r^3].
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
+    bonds : BondState
+        Which fused points are whole, their loads and their energies; empty where strands do not fuse.
     """
 
     q: FloatArray
@@ -74,6 +80,7 @@ class State:
     energies: FloatArray
     external_work: float
     friction_work: float
+    bonds: BondState = field(default_factory=lambda: BondState.printed(0))
 
 
 def make_model(
@@ -86,6 +93,7 @@ def make_model(
     straight: bool = False,
     sample_spacing: float = SAMPLE_SPACING,
     slip: float = SLIP,
+    bonds: BondLaw | None = None,
 ) -> tuple[Model, State]:
     """Make the model of strands of one fibre and their state as given, free of stress.
 
@@ -105,6 +113,8 @@ def make_model(
         Distance of contact samples along a strand [r].
     slip : float
         Elastic slip before sliding [r].
+    bonds : BondLaw, optional
+        How strands that were printed near each other are fused; by default they are not.
 
     Returns
     -------
@@ -123,7 +133,12 @@ def make_model(
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
     )
-    return model, _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    if bonds is None:
+        return model, state
+    scales = model.scales
+    found = find_bonds(state.q, frames, rods.has_edge, model.samples, model.law, bonds, scales, poisson_ratio)
+    return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
 
 
 def _make_samples(rods: Rods, sizes: tuple[int, ...], spacing: float) -> Samples:

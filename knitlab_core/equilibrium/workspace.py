@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from knitlab_core.arrays import FloatArray
+from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.bond_forces import bond_energy, bond_gradient, bond_hessian, bond_loads
+from knitlab_core.contact.bonds import Bonds, BondState
 from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.neighbours import (
@@ -60,11 +62,14 @@ class Workspace:
         Number of factorisations so far.
     placed : Placed
         Samples and edges in the configuration last moved to.
+    bonds : Bonds or None
+        The fused points that are whole.
     """
 
     candidates: Candidates
     pairs: PairState
     pattern: Pattern
+    _bonded: Pattern
 
     def __init__(self, model: Model) -> None:
         n = len(model.fixed)
@@ -74,6 +79,9 @@ class Workspace:
         self.clock = Stopwatch()
         self.factorisations = 0
         self.placed = Placed.zeros(n, samples)
+        self.bonds: Bonds | None = None
+        # The same samples and edges, with turns since printing instead of since the last equilibrium.
+        self._since_print = self.placed._replace(turn=np.zeros((n, 3, 3)))
         self._base = np.zeros((samples, 3))
         self._base_frames = np.zeros((n, 3, 3))
         self._moves = np.zeros((samples, 3))
@@ -84,9 +92,14 @@ class Workspace:
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
-    def start_step(self, q: FloatArray, frames: Frames, memory: Memory) -> None:
-        """Begin at an equilibrium: list its pairs and recall what friction remembers of them."""
+    def start_step(self, q: FloatArray, frames: Frames, memory: Memory, whole: BoolArray | None = None) -> None:
+        """Begin at an equilibrium: list its pairs, recall what friction remembers of them and which bonds are whole.
+
+        By default all bonds are.
+        """
         self._memory = memory
+        if self.model.bonds is not None:
+            self.bonds = self.model.bonds if whole is None else self.model.bonds.only(whole)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
@@ -112,11 +125,11 @@ class Workspace:
         n = len(q)
         kept = None
         if self._linear is not None:
-            kept = update_pattern(self.pattern, n, self.candidates)
+            kept = self._fit(self.pattern, n)
         if kept is None:
             with self.clock("analyse"):
-                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN))
-                kept = update_pattern(wide, n, self.candidates)
+                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), self.bonds)
+                kept = self._fit(wide, n)
                 self._linear = BlockCholesky(wide)
                 self.blocks = np.zeros((wide.rows.size, 4, 4))
         if kept is None:
@@ -124,10 +137,21 @@ class Workspace:
             raise RuntimeError(msg)
         self.pattern = kept
 
+    def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
+        """Fit the pairs and bonds of now into a pattern, or return None if they need blocks it lacks."""
+        if self.bonds is not None:
+            bonded = update_pattern(pattern, n, self.bonds)
+            if bonded is None:
+                return None
+            self._bonded = bonded
+        return update_pattern(pattern, n, self.candidates)
+
     def move_to(self, q: FloatArray, frames: Frames) -> None:
         """Place samples and edges in configuration `q`."""
         sample_points(q, self.model.samples, self.placed.points)
         place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
+        if self.bonds is not None:
+            place_edges(q, self.model.rods.has_edge, frames, self.bonds.frames, self._since_print)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
@@ -142,13 +166,26 @@ class Workspace:
             elastic = sum(rod_energy(q, model.rods, self._trial))
             self.move_to(q, self._trial)
             normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
-            return float(elastic + normal + friction - np.vdot(self.loads, q))
+            total = float(elastic + normal + friction - np.vdot(self.loads, q))
+            if self.bonds is not None:
+                total += bond_energy(self._since_print, self.bonds, len(model.samples.weights))
+            return total
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
         model = self.model
         normal, _ = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
         return np.array([*rod_energy(q, model.rods, frames), normal])
+
+    def bond_state(self, before: BondState) -> BondState:
+        """Return how the bonds stand at the placed samples, with none broken since `before`."""
+        if self.bonds is None:
+            return before
+        m, loads = len(self.model.samples.weights), np.zeros(self.bonds.a.size)
+        bond_loads(self._since_print, self.bonds, m, loads)
+        load = np.zeros(before.whole.size)
+        load[before.whole] = loads
+        return before._replace(load=load, energy=bond_energy(self._since_print, self.bonds, m))
 
     def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return the gradient (N, 4) at the placed samples, fixed unknowns included."""
@@ -164,6 +201,8 @@ class Workspace:
                 self.pairs,
                 g,
             )
+            if self.bonds is not None:
+                bond_gradient(self._since_print, self.bonds, model.samples.weights, g)
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, exact: float = 1.0) -> None:
@@ -182,6 +221,10 @@ class Workspace:
                 self.pattern,
                 self.blocks,
             )
+            if self.bonds is not None:
+                bond_hessian(
+                    self._since_print, self.bonds, model.samples.weights, exact, self._bonded, self.blocks
+                )
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""

@@ -1,0 +1,82 @@
+"""Bonds that break on the way from equilibrium to equilibrium.
+
+A step goes no farther than to where the next bond is at its strength, so that the peak is kept whatever the
+step. The next step begins with the break: at the same fixtures, again and again until no bond is at its strength.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from knitlab_core.arrays import BoolArray
+from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.newton import Report
+
+TRIES = 12
+"""Steps tried before a bond may break beyond its strength: its load jumps, as where strands snap."""
+
+Search = Callable[[State, float], tuple[State | None, Report]]
+"""Finds the equilibrium at a parameter of the path from another, with the bonds that are whole there."""
+
+
+def reach(
+    search: Search, state: State, locate: float, start: float, goal: float
+) -> tuple[float, State | None, Report]:
+    """Break the bonds that are at their strength, then go on, at most to where the next one is.
+
+    Parameters
+    ----------
+    search : callable
+        Finds one equilibrium.
+    state : State
+        The last equilibrium.
+    locate : float
+        A bond breaks from 1 - locate of its strength on.
+    start, goal : float
+        Parameter of the last equilibrium, and that of the one wanted.
+
+    Returns
+    -------
+    float, State or None, Report
+        Parameter reached, the equilibrium there with no bond beyond its strength (None where a search failed),
+        and the last search, with the iterations of all.
+    """
+    at, to = start, goal
+    spent, tries = 0, 0
+    while True:
+        due = state.bonds.load >= 1.0 - locate
+        breaks = bool(due.any())
+        found, report = search(_let_go(state, due), at) if breaks else search(state, to)
+        spent += report.iterations
+        report = replace(report, iterations=spent)
+        if found is None:
+            return to, None, report
+        if breaks:
+            state = _released(state, found)
+            continue
+        load = found.bonds.load.max(initial=0.0)
+        if load <= 1.0:
+            return to, found, report
+        tries += 1
+        if tries >= TRIES:
+            at, state = to, found
+            continue
+        begin = state.bonds.load.max(initial=0.0)
+        share = (1.0 - 0.5 * locate - begin) / (load - begin)
+        to = at + min(max(share, 0.1), 0.9) * (to - at)
+
+
+def _let_go(state: State, due: BoolArray) -> State:
+    """Return a state with the bonds that are due broken: no longer an equilibrium."""
+    return replace(state, bonds=state.bonds._replace(whole=state.bonds.whole & ~due))
+
+
+def _released(before: State, after: State) -> State:
+    """Count what the break between two equilibria released: what is no longer stored, less the work of friction."""
+    lost = _stored(before) - _stored(after)
+    pushed = after.external_work - before.external_work
+    rubbed = after.friction_work - before.friction_work
+    return replace(after, bonds=after.bonds._replace(released=before.bonds.released + lost + pushed - rubbed))
+
+
+def _stored(state: State) -> float:
+    return float(state.energies.sum()) + state.bonds.energy
