@@ -98,6 +98,7 @@ def add_square(factor: float, slope: FloatArray, square: FloatArray) -> None:
 
 @inline_kernel
 def scatter_square(i: int, j: int, s: int, square: FloatArray, pattern: Pattern, blocks: FloatArray) -> None:
+    """Add the lower blocks of `square` (24, 24) to those of spans i and j, which are pair s of the pattern."""
     for x in range(3):
         for y in range(3):
             b = pattern.across[s, 3 * x + y]

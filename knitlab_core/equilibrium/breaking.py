@@ -14,13 +14,11 @@ from knitlab_core.equilibrium.newton import Report
 TRIES = 12
 """Steps tried before a bond may break beyond its strength: its load jumps, as where strands snap."""
 
-Search = Callable[[State, float], tuple[State | None, Report]]
-"""Finds the equilibrium at a parameter of the path from another, with the bonds that are whole there."""
+Search = Callable[[State, float, float], tuple[State | None, Report]]
+"""Goes from a state at one parameter of the path to the equilibrium at another; no bond breaks on the way."""
 
 
-def reach(
-    search: Search, state: State, locate: float, start: float, goal: float
-) -> tuple[float, State | None, Report]:
+def reach(search: Search, state: State, locate: float, start: float, goal: float) -> tuple[float, State | None, Report]:
     """Break the bonds that are at their strength, then go on, at most to where the next one is.
 
     Parameters
@@ -45,7 +43,7 @@ def reach(
     while True:
         due = state.bonds.load >= 1.0 - locate
         breaks = bool(due.any())
-        found, report = search(_let_go(state, due), at) if breaks else search(state, to)
+        found, report = search(_let_go(state, due), at, at) if breaks else search(state, at, to)
         spent += report.iterations
         report = replace(report, iterations=spent)
         if found is None:
@@ -53,14 +51,14 @@ def reach(
         if breaks:
             state = _released(state, found)
             continue
-        load = found.bonds.load.max(initial=0.0)
+        load = float(found.bonds.load.max(initial=0.0))
         if load <= 1.0:
             return to, found, report
         tries += 1
         if tries >= TRIES:
             at, state = to, found
             continue
-        begin = state.bonds.load.max(initial=0.0)
+        begin = float(state.bonds.load.max(initial=0.0))
         share = (1.0 - 0.5 * locate - begin) / (load - begin)
         to = at + min(max(share, 0.1), 0.9) * (to - at)
 

@@ -126,7 +126,7 @@ def advance(
             energies=work.parts(q, frames),
             external_work=state.external_work + float(pushed),
             friction_work=state.friction_work + slip_work,
-            bonds=work.bond_state(state.bonds),
+            bonds=state.bonds if work.fused is None else work.fused.state(state.bonds),
         ),
         report,
     )
@@ -166,7 +166,7 @@ def march(
     whole = 1.0 / count
     at, step = 0.0, whole
 
-    def search(origin: State, to: float) -> tuple[State | None, Report]:
+    def search(origin: State, _: float, to: float) -> tuple[State | None, Report]:
         return advance(work, origin, path(to), options)
 
     while at < 1.0:

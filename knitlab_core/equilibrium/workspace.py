@@ -3,8 +3,6 @@
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
-from knitlab_core.contact.bond_forces import bond_energy, bond_gradient, bond_hessian, bond_loads
-from knitlab_core.contact.bonds import Bonds, BondState
 from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.neighbours import (
@@ -17,6 +15,7 @@ from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
 from knitlab_core.contact.stiffness import contact_hessian
 from knitlab_core.equilibrium.cholesky import BlockCholesky
+from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import (
     fix_unknowns,
@@ -62,14 +61,13 @@ class Workspace:
         Number of factorisations so far.
     placed : Placed
         Samples and edges in the configuration last moved to.
-    bonds : Bonds or None
-        The fused points that are whole.
+    fused : Fused or None
+        Bonds that are whole; None where strands do not fuse.
     """
 
     candidates: Candidates
     pairs: PairState
     pattern: Pattern
-    _bonded: Pattern
 
     def __init__(self, model: Model) -> None:
         n = len(model.fixed)
@@ -79,9 +77,7 @@ class Workspace:
         self.clock = Stopwatch()
         self.factorisations = 0
         self.placed = Placed.zeros(n, samples)
-        self.bonds: Bonds | None = None
-        # The same samples and edges, with turns since printing instead of since the last equilibrium.
-        self._since_print = self.placed._replace(turn=np.zeros((n, 3, 3)))
+        self.fused: Fused | None = None
         self._base = np.zeros((samples, 3))
         self._base_frames = np.zeros((n, 3, 3))
         self._moves = np.zeros((samples, 3))
@@ -93,13 +89,15 @@ class Workspace:
         self.blocks = np.zeros((0, 4, 4))
 
     def start_step(self, q: FloatArray, frames: Frames, memory: Memory, whole: BoolArray | None = None) -> None:
-        """Begin at an equilibrium: list its pairs, recall what friction remembers of them and which bonds are whole.
+        """Begin at an equilibrium: list its pairs and recall what friction remembers of them.
 
-        By default all bonds are.
+        `whole` (B,) tells which bonds are; by default all.
         """
         self._memory = memory
-        if self.model.bonds is not None:
-            self.bonds = self.model.bonds if whole is None else self.model.bonds.only(whole)
+        bonds = self.model.bonds
+        if bonds is not None:
+            bonds = bonds if whole is None else bonds.only(whole)
+            self.fused = Fused(bonds, self.placed, self.model.samples.weights)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
@@ -128,7 +126,8 @@ class Workspace:
             kept = self._fit(self.pattern, n)
         if kept is None:
             with self.clock("analyse"):
-                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), self.bonds)
+                bonds = None if self.fused is None else self.fused.bonds
+                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), bonds)
                 kept = self._fit(wide, n)
                 self._linear = BlockCholesky(wide)
                 self.blocks = np.zeros((wide.rows.size, 4, 4))
@@ -138,20 +137,17 @@ class Workspace:
         self.pattern = kept
 
     def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
-        """Fit the pairs and bonds of now into a pattern, or return None if they need blocks it lacks."""
-        if self.bonds is not None:
-            bonded = update_pattern(pattern, n, self.bonds)
-            if bonded is None:
-                return None
-            self._bonded = bonded
+        """Fit pairs and bonds into a pattern, or return None if they need blocks it lacks."""
+        if self.fused is not None and not self.fused.fit(pattern, n):
+            return None
         return update_pattern(pattern, n, self.candidates)
 
     def move_to(self, q: FloatArray, frames: Frames) -> None:
         """Place samples and edges in configuration `q`."""
         sample_points(q, self.model.samples, self.placed.points)
         place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
-        if self.bonds is not None:
-            place_edges(q, self.model.rods.has_edge, frames, self.bonds.frames, self._since_print)
+        if self.fused is not None:
+            self.fused.place(q, self.model.rods.has_edge, frames)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
@@ -167,25 +163,13 @@ class Workspace:
             self.move_to(q, self._trial)
             normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
             total = float(elastic + normal + friction - np.vdot(self.loads, q))
-            if self.bonds is not None:
-                total += bond_energy(self._since_print, self.bonds, len(model.samples.weights))
-            return total
+            return total if self.fused is None else total + self.fused.energy()
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
         model = self.model
         normal, _ = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
         return np.array([*rod_energy(q, model.rods, frames), normal])
-
-    def bond_state(self, before: BondState) -> BondState:
-        """Return how the bonds stand at the placed samples, with none broken since `before`."""
-        if self.bonds is None:
-            return before
-        m, loads = len(self.model.samples.weights), np.zeros(self.bonds.a.size)
-        bond_loads(self._since_print, self.bonds, m, loads)
-        load = np.zeros(before.whole.size)
-        load[before.whole] = loads
-        return before._replace(load=load, energy=bond_energy(self._since_print, self.bonds, m))
 
     def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return the gradient (N, 4) at the placed samples, fixed unknowns included."""
@@ -201,8 +185,8 @@ class Workspace:
                 self.pairs,
                 g,
             )
-            if self.bonds is not None:
-                bond_gradient(self._since_print, self.bonds, model.samples.weights, g)
+            if self.fused is not None:
+                self.fused.add_gradient(g)
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, exact: float = 1.0) -> None:
@@ -221,10 +205,8 @@ class Workspace:
                 self.pattern,
                 self.blocks,
             )
-            if self.bonds is not None:
-                bond_hessian(
-                    self._since_print, self.bonds, model.samples.weights, exact, self._bonded, self.blocks
-                )
+            if self.fused is not None:
+                self.fused.add_hessian(exact, self.blocks)
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""
