@@ -99,27 +99,28 @@ class Bonds(NamedTuple):
     shear_strength: float
     locate: float
 
-    def only(self, chosen: BoolArray) -> Self:
-        """Return the chosen bonds (B,)."""
+    def held(self, hold: FloatArray) -> Self:
+        """Return the bonds that hold at all, with the share (B,) of their stiffness that is left."""
+        chosen = hold > 0.0
         return self._replace(
             span_a=self.span_a[chosen],
             span_b=self.span_b[chosen],
             a=self.a[chosen],
             b=self.b[chosen],
             arms=self.arms[chosen],
-            stiffness=self.stiffness[chosen],
+            stiffness=hold[chosen] * self.stiffness[chosen],
         )
 
 
 class BondState(NamedTuple):
     """How the bonds stand at an equilibrium.
 
-    `whole`: (B,) False once broken; `load`: (B,) share of its strength that a whole bond bears, 0 for broken
-    ones; `energy`: stored in bonds; `released`: energy lost by breaking since the start, that of the bonds and
-    what the strands lose as they snap back [E r^3].
+    `hold`: (B,) 1 for whole bonds, 0 for broken ones, between only while a break is followed; `load`: (B,) share
+    of its strength that a bond bears, 0 for broken ones; `energy`: stored in bonds; `released`: energy lost by
+    breaking since the start, that of the bonds and what the strands lose as they snap back [E r^3].
     """
 
-    whole: BoolArray
+    hold: FloatArray
     load: FloatArray
     energy: float
     released: float
@@ -127,7 +128,12 @@ class BondState(NamedTuple):
     @classmethod
     def printed(cls, count: int) -> Self:
         """Return the state as printed: all whole, none loaded."""
-        return cls(np.ones(count, dtype=np.bool_), np.zeros(count), 0.0, 0.0)
+        return cls(np.ones(count), np.zeros(count), 0.0, 0.0)
+
+    @property
+    def whole(self) -> BoolArray:
+        """Tell which bonds (B,) are not broken."""
+        return self.hold > 0.0
 
 
 def find_bonds(

@@ -96,7 +96,7 @@ def advance(
     """
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
-    work.start_step(state.q, state.frames, state.memory, state.bonds.whole)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.hold)
     guess = _guess(work, state, motion)
     room = work.room(state.q, guess, 0.95)
     if room < 1.0:

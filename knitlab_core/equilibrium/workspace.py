@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.neighbours import (
@@ -62,7 +62,7 @@ class Workspace:
     placed : Placed
         Samples and edges in the configuration last moved to.
     fused : Fused or None
-        Bonds that are whole; None where strands do not fuse.
+        Bonds that hold; None where strands do not fuse.
     """
 
     candidates: Candidates
@@ -88,15 +88,15 @@ class Workspace:
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
-    def start_step(self, q: FloatArray, frames: Frames, memory: Memory, whole: BoolArray | None = None) -> None:
+    def start_step(self, q: FloatArray, frames: Frames, memory: Memory, hold: FloatArray | None = None) -> None:
         """Begin at an equilibrium: list its pairs and recall what friction remembers of them.
 
-        `whole` (B,) tells which bonds are; by default all.
+        `hold` (B,) is the share of its stiffness that each bond has; by default all of it.
         """
         self._memory = memory
         bonds = self.model.bonds
         if bonds is not None:
-            bonds = bonds if whole is None else bonds.only(whole)
+            bonds = bonds if hold is None else bonds.held(hold)
             self.fused = Fused(bonds, self.placed, self.model.samples.weights)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)

@@ -154,7 +154,7 @@ def test_gauss_newton_stiffness_is_positive(seed: int, move: float) -> None:
 @settings(deadline=None, max_examples=10)
 def test_a_bond_resists_every_motion_of_one_strand_against_the_other(seed: int) -> None:
     now = fused(seed, 0.0)
-    first = now.bonds.only(np.array([True, False]))
+    first = now.bonds.held(np.array([1.0, 0.0]))
     alone = Fused(model=now.model, printed=now.printed, bonds=first, q=now.q, frames=now.frames)
     values = np.linalg.eigvalsh(alone.stiffness())
     # Three displacements and three turns of the two ends of a bond, and nothing else.

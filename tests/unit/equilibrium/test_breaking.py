@@ -35,21 +35,31 @@ def lifted(state: State, height: float) -> FloatArray:
 
 @dataclass(slots=True)
 class Road:
-    """Stands in for a search: every whole bond's load is its rate times the parameter, or jumps to it."""
+    """Stands in for a search: every whole bond's load is its rate times the parameter, or jumps to it.
+
+    It fails where a bond keeps less than `boldest` of the stiffness it had, unless that was next to nothing.
+    """
 
     rates: tuple[float, ...]
     jump: float = 0.0
+    boldest: float = 0.0
     went: list[tuple[float, float]] = field(default_factory=list)
 
-    def search(self, state: State, at: float, to: float) -> tuple[State, Report]:
+    held: float = 1.0
+
+    def search(self, state: State, at: float, to: float) -> tuple[State | None, Report]:
         self.went.append((at, to))
+        report = Report(converged=True, iterations=2, residual=0.0, node=0, contacts=0)
+        hold = float(state.bonds.hold[0])
+        if hold < self.boldest * self.held and self.held > 1e-3:
+            return None, replace(report, converged=False)
+        self.held = hold
         whole = state.bonds.whole
         # A bond that breaks leaves its share to the others.
         load = (
             np.array(self.rates) * (to if to > self.jump else 0.0) * whole.size / max(1, int(np.count_nonzero(whole)))
         )
         bonds = state.bonds._replace(load=np.where(whole, load, 0.0), energy=float(load[whole].sum()))
-        report = Report(converged=True, iterations=2, residual=0.0, node=0, contacts=0)
         return replace(state, bonds=bonds), report
 
 
@@ -94,6 +104,26 @@ def test_one_break_brings_the_next_at_the_same_place() -> None:
     assert road.went.count((first[0], first[0])) == 2
     assert not last[1].bonds.whole.any()
     assert last[1].bonds.energy == 0.0
+
+
+@pytest.mark.parametrize(("boldest", "searches"), [(0.2, 10), (0.4, 17)])
+def test_a_bond_that_cannot_go_at_once_is_weakened_step_by_step(boldest: float, searches: int) -> None:
+    road = Road((1.25, 0.5), boldest=boldest)
+    first, last = walk(road)
+    assert len([way for way in road.went if way == (first[0], first[0])]) < searches
+    np.testing.assert_array_equal(last[1].bonds.hold, [0.0, 1.0])
+    assert last[1].bonds.released == pytest.approx(first[1].bonds.energy - 0.5 * 2.0 * first[0])
+
+
+def test_a_bond_that_cannot_go_at_all_ends_the_step() -> None:
+    road = Road((1.25, 0.5), boldest=0.6)
+    _, state = strand()
+    state = replace(state, bonds=BondState.printed(2))
+    at, found, _ = reach(road.search, state, LOCATE, 0.0, 1.0)
+    assert found is not None
+    _, end, report = reach(road.search, found, LOCATE, at, 1.0)
+    assert end is None
+    assert not report.converged
 
 
 def test_a_load_that_jumps_breaks_its_bond_all_the_same() -> None:
@@ -142,7 +172,7 @@ def test_a_bond_acts_where_no_contact_is_listed() -> None:
 def test_a_workspace_may_go_back_to_a_state_with_more_bonds() -> None:
     model, state = crossed(BondLaw(fuse_gap=3.1, patch_radius=0.4, strength=1.0), gap=3.0)
     work = Workspace(model)
-    work.start_step(state.q, state.frames, state.memory, np.zeros(1, dtype=np.bool_))
+    work.start_step(state.q, state.frames, state.memory, np.zeros(1))
     free = work.pattern.rows.size
     work.start_step(state.q, state.frames, state.memory)
     assert work.pattern.rows.size == free + 9
