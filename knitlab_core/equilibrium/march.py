@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium.creep import relaxed, relaxing
+        if work.model.bonds is None:
+            found, report = search(state, at, to)
+        else:
+            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
@@ -76,7 +79,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
 def advance(
     work: Workspace, state: State, target: FloatArray, options: Options | None = None, *, duration: float = 0.0
 ) -> tuple[State | None, Report]:
-    """Find the equilibrium with fixed unknowns at `target`, from the one before.
+    """Find the equilibrium with fixed unknowns at `target`, from the one before; no bond breaks on the way.
 
     Parameters
     ----------
@@ -105,7 +108,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
     """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
-    work.start_step(state.q, state.frames, state.memory)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.hold)
     guess = _guess(work, state, motion)
     room = work.room(state.q, guess, 0.95)
     if room < 1.0:
@@ -136,6 +139,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
             energies=work.parts(q, frames),
             external_work=state.external_work + float(pushed),
             friction_work=state.friction_work + slip_work,
+            bonds=state.bonds if work.fused is None else work.fused.state(state.bonds),
         ),
         report,
     )
@@ -151,6 +155,8 @@ def march(
     duration: float = 0.0,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
+
+    Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------
@@ -175,11 +181,22 @@ def march(
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
     at, step = 0.0, whole
+
+    def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
+        return advance(work, origin, path(end), options, duration=duration * (end - begin))
+
     while at < 1.0:
-        to = at + step
+        to = _next(at, step)
         if to > 1.0 - 1e-9:
             to = 1.0
+<<<<<<< HEAD
         found, report = advance(work, state, path(to), options, duration=duration * (to - at))
+=======
+        if work.model.bonds is None:
+            found, report = advance(work, state, path(to), options)
+        else:
+            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
+>>>>>>> bonds
         if found is None:
             step *= 0.5
             if step < SMALLEST_STEP * whole:
@@ -193,3 +210,9 @@ def march(
         # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
         if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)
+
+
+def _next(at: float, step: float) -> float:
+    """Return the next multiple of a step; a march that stopped at a break goes back to it."""
+    steps = at / step
+    return at + step if abs(steps - round(steps)) < 1e-6 else step * float(np.ceil(steps))

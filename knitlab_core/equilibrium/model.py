@@ -1,11 +1,12 @@
 """What a specimen is to the solver: rods, samples, contact law and prescribed unknowns."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.bonds import BondLaw, Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
@@ -36,6 +37,8 @@ class Model:
         What one unit is in SI.
     relaxation : Relaxation or None
         How the rods' stiffness relaxes; None for elastic rods.
+    bonds : Bonds or None
+        Fused points as printed; None where strands do not fuse.
     """
 
     rods: Rods
@@ -44,6 +47,7 @@ class Model:
     fixed: BoolArray
     scales: Scales
     relaxation: Relaxation | None = None
+    bonds: Bonds | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +76,8 @@ class State:
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
     viscous_work, fracture_work : float
         Work lost by relaxing, and energy set free by fibres that broke, since the start [E r^3].
+    bonds : BondState
+        Which fused points are whole, their loads and their energies; empty where strands do not fuse.
     """
 
     q: FloatArray
@@ -86,6 +92,7 @@ class State:
     history: FloatArray | None = None
     viscous_work: float = 0.0
     fracture_work: float = 0.0
+    bonds: BondState = field(default_factory=lambda: BondState.printed(0))
 
 
 def make_model(
@@ -99,6 +106,7 @@ def make_model(
     section: Section = SOLID,
     sample_spacing: float = SAMPLE_SPACING,
     slip: float = SLIP,
+    bonds: BondLaw | None = None,
 ) -> tuple[Model, State]:
     """Make the model of strands of one kind and their state as given, free of stress.
 
@@ -120,6 +128,8 @@ def make_model(
         Distance of contact samples along a strand [r].
     slip : float
         Elastic slip before sliding [r].
+    bonds : BondLaw, optional
+        How strands that were printed near each other are fused; by default they are not.
 
     Returns
     -------
@@ -138,7 +148,12 @@ def make_model(
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
     )
-    return model, _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    if bonds is None:
+        return model, state
+    scales = model.scales
+    found = find_bonds(state.q, frames, rods.has_edge, model.samples, model.law, bonds, scales, poisson_ratio)
+    return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
 
 
 def _make_samples(rods: Rods, sizes: tuple[int, ...], spacing: float) -> Samples:
