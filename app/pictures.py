@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from app.painters import fit_window, paint_lines, vtk_images
+from app.report import NAMES
 from app.run_folder import whole_file
 from app.tubes import Tube, tube
 from knitlab_core.errors import SpecificationError
@@ -68,7 +69,7 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     """Pick the first frame, those at whole 20 % of strain up to the first peak, and the peak."""
-    strains = [max(frame.strain_C, frame.strain_W) for frame in frames]
+    strains = [max(frame.strain.values()) for frame in frames]
     picked: dict[int, Frame] = {}
     for frame, strain in zip(frames, strains, strict=True):
         mark = round(strain / MARK)
@@ -171,8 +172,10 @@ def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) ->
 
 
 def _strain_title(frame: Frame) -> str:
-    course, wale = (f"{100 * value:.0f} %".replace("-0 %", "0 %") for value in (frame.strain_C, frame.strain_W))
-    return f"strain {course}" if course == wale else f"strain: course {course}, wale {wale}"
+    shares = {NAMES[axis]: f"{100 * value:.0f} %".replace("-0 %", "0 %") for axis, value in frame.strain.items()}
+    if len(set(shares.values())) == 1 and len(shares) > 1:
+        return f"strain {next(iter(shares.values()))}"
+    return "strain: " + ", ".join(f"{name} {share}" for name, share in shares.items())
 
 
 def _save(figure: Figure, path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Read the rigs' data files; no other place parses them."""
+"""Read the machines' data files; no other place parses them."""
 
 from __future__ import annotations
 
@@ -11,24 +11,36 @@ from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import MarkedYAMLError
 
 from knitlab_core.errors import FormatError
-from rigs.biaxial_data import BiaxialData
+from rigs.catalogue import arranged
+from rigs.machine import MachineData
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
     from pathlib import Path
 
+    from rigs.catalogue import MachineName
+    from rigs.protocol import Protocol
 
-def read_biaxial_data(path: Path | None = None) -> BiaxialData:
-    """Read the numbers of the biaxial stage.
+
+def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
+    """Return the numbers of every machine of a protocol's rig."""
+    names = {drive.machine: None for drive in arranged(protocol.rig, protocol.mount).values()}
+    return {name: read_machine(name) for name in names}
+
+
+def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
+    """Read the numbers of a machine.
 
     Parameters
     ----------
+    machine : MachineName
+        The machine.
     path : Path or None
-        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for that file itself.
+        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for the machine's own there.
 
     Returns
     -------
-    BiaxialData
+    MachineData
         Every number with its source.
 
     Raises
@@ -36,15 +48,15 @@ def read_biaxial_data(path: Path | None = None) -> BiaxialData:
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
     """
-    source: Traversable = path or files("rigs") / "data" / "biaxial_hook.yaml"
+    source: Traversable = path or files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml"
     try:
         tree = YAML(typ="rt").load(source.read_text(encoding="utf-8"))
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise FormatError(source.name, line, f"YAML ({error.problem})") from error
-    built = _build(BiaxialData, tree, source.name, 1)
-    if not isinstance(built, BiaxialData):
-        raise FormatError(source.name, 1, "the numbers of a biaxial stage")
+    built = _build(MachineData, tree, source.name, 1)
+    if not isinstance(built, MachineData) or built.rig != machine:
+        raise FormatError(source.name, 1, f"the numbers of {machine}")
     return built
 
 

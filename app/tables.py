@@ -12,7 +12,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 
 from knitlab_core.materials import DEFAULT_FRICTION, material_named
-from rigs.protocol import AXES
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -126,10 +125,11 @@ def result_data(result: RunResult) -> dict[str, Any]:
 def print_plan(plan: Plan) -> None:
     """Print the specimen, the table of strokes and what they come to."""
     print_facts(plan.protocol, plan.specimen)
-    table = Table("#", "set", "what", "axis C", "axis W", "time", "tag")
+    axes = plan.protocol.axes
+    table = Table("#", "set", "what", *(f"axis {axis}" for axis in axes), "time", "tag")
     lengths = plan.specimen.gauge_lengths
     for number, stroke in enumerate(plan.strokes[:_MOST_LINES], start=1):
-        ways = [_way(stroke, lengths[axis], stroke.start[axis], stroke.end[axis]) for axis in AXES]
+        ways = [_way(stroke, lengths[axis], stroke.start[axis], stroke.end[axis]) for axis in axes]
         what = f"{stroke.phase} {', '.join(stroke.channels)}".strip()
         if stroke.stop_force is not None:
             what += f" to {stroke.stop_force:g} N"
@@ -139,11 +139,12 @@ def print_plan(plan: Plan) -> None:
     if len(plan.strokes) > _MOST_LINES:
         console.print(f"... and {len(plan.strokes) - _MOST_LINES} strokes more")
     console.print(f"planned duration {plan.duration:.4g} s, {plan.rows} rows at {plan.protocol.log.rate:g} Hz")
-    spare = plan.specimen.locking_strain - plan.largest_strain
-    console.print(
-        f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
-        f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
-    )
+    if plan.largest_strain is not None:
+        spare = plan.specimen.locking_strain - plan.largest_strain
+        console.print(
+            f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
+            f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
+        )
     if not plan.warnings:
         console.print("no limit would be passed")
 
@@ -171,7 +172,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         ("friction", f"{spec.friction:g}{assumed}"),
         ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
-        ("hook to hook", ", ".join(f"{axis} {1e3 * facts.gauge_lengths[axis]:.4g} mm" for axis in AXES)),
+        ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
         ("arc-length budget", f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"),
     ):
         table.add_row(name, text)

@@ -11,13 +11,13 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_val
 
 from app.schemas.values import Force, Frequency, Length, Speed, StitchValue, Strain, Switch, Time, refuse
 from app.units import allowed
-from rigs.protocol import Axis, Channel
+from rigs.steps import Axis, Channel
 
 SCHEMA: Final = "knitlab/protocol@1"
 
 # In the design of the protocol language, but not yet honoured by a rig.
 NOT_YET: Final = frozenset(
-    {"sweep", "control", "until", "force", "until_rupture", "image", "free", "follow", "wire", "P", "straight"}
+    {"sweep", "control", "until", "force", "until_rupture", "image", "free", "follow", "wire", "straight"}
     | {"instron", "triaxial", "microgripper"}
 )
 # Marks the branches of a union in pydantic's locations, so that they can be told from fields.

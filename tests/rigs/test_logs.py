@@ -10,7 +10,7 @@ from rigs.logs.biotester import BIOTESTER, biotester_channels, cycle_text
 from rigs.logs.writer import Column, Dialect, write_log
 from rigs.record import SpecimenSize
 
-SIZE = SpecimenSize(gauge_C=45e-3, gauge_W=40e-3, fibre_radius=0.4e-3)
+SIZE = SpecimenSize(extents={"C": 45e-3, "W": 40e-3, "P": 1e-3}, fibre_radius=0.4e-3)
 
 # Golden file: worked out by hand from the samples below and the dialect's description.
 GOLDEN = (
@@ -31,11 +31,13 @@ def small_samples() -> Samples:
         "YForce": np.array([-1e-7, -2.25e-3, 12.346e-3, 0.0]),
     }
     return Samples(
+        instrument="biaxial-hook",
         time=np.array([0.0, 0.1, 0.2, 0.3]),
         measured=measured,
         clean=measured,
         offset={name: np.zeros(4) for name in measured},
         units={},
+        reads={},
         cycle=np.array([1, 1, 1, 2]),
         phase=("Zero", "Stretch", "Hold", "Recover"),
         tag=(None, "equibiaxial", "equibiaxial", "pull, again"),

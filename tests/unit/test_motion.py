@@ -9,7 +9,6 @@ from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from rigs.motion import (
     PRELOAD_REACH,
     Stroke,
-    gauge_lengths,
     planned_duration,
     planned_rows,
     planned_strokes,
@@ -29,6 +28,7 @@ from rigs.protocol import (
     Target,
     Zero,
 )
+from rigs.specimen import gauge_lengths
 
 GAUGES: dict[Axis, float] = {"C": 0.05, "W": 0.04}
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")

@@ -9,7 +9,7 @@ from matplotlib.image import imread
 from app import painters, pictures
 from app.painters import fit_window, vtk_environment
 from app.pictures import knit_frames, marked_frames, specimen_picture
-from app.report import Curves, stress_strain_plot
+from app.report import curves_of, stress_strain_plot
 from app.run_reader import RunReader
 from app.tubes import smooth_curve, tube
 from knitlab_core.errors import SpecificationError
@@ -62,20 +62,21 @@ def test_window_holds_the_whole_tube() -> None:
 def test_frames_are_picked_on_the_way_to_the_first_peak() -> None:
     strains = [0.0, 0.1, 0.2, 0.3, 0.4, 0.2, 0.0, 0.2, 0.4]
     picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate(strains)])
-    assert [(one.time, one.strain_C) for one in picked] == [(0.0, 0.0), (2.0, 0.2), (4.0, 0.4)]
+    assert [(one.time, one.strain["C"]) for one in picked] == [(0.0, 0.0), (2.0, 0.2), (4.0, 0.4)]
     picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate([0.0, 0.2, 0.33])])
-    assert [one.strain_C for one in picked] == [0.0, 0.2, 0.33]
+    assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.33]
     assert len(marked_frames([frame(0.0, 0.0, 1, "Zero")])) == 1
     assert marked_frames([]) == ()
 
 
 def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> None:
-    curves = Curves(run)
-    found = [(cycle, style) for cycle, style, _ in curves.branches()]
-    assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
-    strain, stress = curves.stress_strain("W")
-    assert strain.max() == pytest.approx(0.4, abs=1e-3)
-    assert stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
+    course, wale = curves_of(run)
+    assert (course.axis, wale.axis) == ("C", "W")
+    for curve in (course, wale):
+        found = [(cycle, style) for cycle, style, _ in curve.branches()]
+        assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
+    assert wale.strain.max() == pytest.approx(0.4, abs=1e-3)
+    assert wale.stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
     image = imread(stress_strain_plot(run, tmp_path / "plot.png"))
     assert image.shape[0] > 800
     assert image.std() > 0.05
@@ -87,18 +88,17 @@ def test_no_line_is_drawn_across_a_zeroing(tmp_path: Path) -> None:
     moment = made[20].time
     middle = replace(made[20], phase="Zero")
     zeroed = make_run(tmp_path / "run.h5", [*made[:21], middle, *made[21:]], zeroed=moment)
-    curves = Curves(zeroed)
-    pieces = list(curves.branches())
+    course, _ = curves_of(zeroed)
+    pieces = list(course.branches())
     assert [style for _, style, _ in pieces] == ["-", "--"]
-    step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.gauge_C
+    step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.extents["C"]
     for _, _, found in pieces:
-        strain, _ = curves.stress_strain("C")
-        assert np.abs(np.diff(strain[found])).max() < step
+        assert np.abs(np.diff(course.strain[found])).max() < step
 
 
 def test_a_run_cut_off_is_plotted_from_its_equilibria(tmp_path: Path) -> None:
     cut_off = make_run(tmp_path / "run.h5", sampled=False)
-    assert Curves(cut_off).time.tolist() == cut_off.trace.columns["time"].tolist()
+    assert curves_of(cut_off)[0].time.tolist() == cut_off.trace.columns["time"].tolist()
     assert stress_strain_plot(cut_off, tmp_path / "plot.png").exists()
 
 

@@ -85,7 +85,7 @@ BAD = [
     Bad("n: 2}", "n: true}", 16, 66, "steps[2].cycle.n: found true, allowed a whole number"),
     Bad("noise: off", "noise: loud", 11, 27, "log.noise: found 'loud', allowed on or off"),
     Bad("[C]", "C", 16, 19, "steps[2].cycle.axes: found 'C', allowed a list of axes"),
-    Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C and W, each once"),
+    Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C, W and P, each once"),
     Bad("{for: 10 s}", "10 s", 17, 11, "steps[3].hold: found '10 s', allowed a mapping of fields: for, tag"),
     Bad(
         '{strain: "${pre}"}', '"${pre}"', 15, 27, "steps[1].ramp.to: found 0.2, allowed a target, such as {strain: 0.4}"
@@ -103,7 +103,8 @@ BAD = [
     Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
     Bad("others: hold", "others: free", 10, 9, "others: found 'free', allowed hold (free is not available yet)"),
     Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
-    Bad("[C]", "[P]", 16, 20, "steps[2].cycle.axes[0]: found 'P', allowed C or W (P is not available yet)"),
+    Bad("[C]", "[P]", 16, 19, "steps[2].cycle.axes: found P, allowed what is driven: C and W"),
+    Bad("[C]", "[Q]", 16, 20, "steps[2].cycle.axes[0]: found 'Q', allowed C, W or P"),
     Bad("RGD8530-DM", "RGD8350-DM", 7, 13, "specimen.material: found RGD8350-DM, allowed"),
     Bad("plain-knit", "plainknit", 4, 9, "specimen.knit: found plainknit, allowed one of stockinette-default"),
     Bad("hold: {", "hodl: {", 17, 5, "steps[3]: found step 'hodl', allowed a step: zero, preload"),

@@ -1,14 +1,23 @@
-"""Hold the numbers of the biaxial stage, each with its source."""
+"""Hold the numbers of a machine, each with its source, and the instrument that reads it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rigs.instruments import Channel, Instrument
 
 if TYPE_CHECKING:
-    from rigs.protocol import Channel as Kind
+    from collections.abc import Mapping, Sequence
+
+    from rigs.catalogue import MachineName
+    from rigs.steps import Axis
+    from rigs.steps import Channel as Kind
+
+CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
+    "biaxial-hook": {"C": "X", "W": "Y"},
+}
+"""What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,13 +85,13 @@ class Convention:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BiaxialData:
-    """Hold every number of the stage.
+class MachineData:
+    """Hold every number of a machine.
 
     Attributes
     ----------
     rig : str
-        Name in protocols.
+        Name of the machine.
     carriage, pole, load_cell, encoder, clock, convention : dataclass
         The parts.
     """
@@ -96,15 +105,19 @@ class BiaxialData:
     convention: Convention
 
 
-def stage_instrument(data: BiaxialData, rate: float | None = None) -> Instrument:
-    """Put the stage's four channels on its clock: x is the course, y the wale.
+def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis], rate: float) -> Instrument:
+    """Put the channels of a machine on its clock.
 
     Parameters
     ----------
-    data : BiaxialData
-        The stage's numbers.
-    rate : float or None
-        Rate the protocol asks for [Hz]; None for the stage's own.
+    machine : MachineName
+        The machine.
+    data : MachineData
+        Its numbers.
+    axes : sequence of Axis
+        The axes that it drives.
+    rate : float
+        Rate of its log [Hz].
 
     Returns
     -------
@@ -117,7 +130,7 @@ def stage_instrument(data: BiaxialData, rate: float | None = None) -> Instrument
     )
     channels = tuple(
         Channel(
-            name=f"{letter}{kind.capitalize()}",
+            name=f"{CHANNELS[machine][axis]}{kind.capitalize()}",
             reads=f"{kind}_{axis}",
             kind=kind,
             unit=unit,
@@ -126,6 +139,6 @@ def stage_instrument(data: BiaxialData, rate: float | None = None) -> Instrument
             resolution=sensor.resolution.value,
         )
         for kind, sensor, unit in parts
-        for letter, axis in (("X", "C"), ("Y", "W"))
+        for axis in axes
     )
-    return Instrument(channels=channels, rate=data.clock.rate.value if rate is None else rate)
+    return Instrument(name=machine, channels=channels, rate=rate)
