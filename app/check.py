@@ -33,8 +33,8 @@ class SpecimenFacts:
         Whole length, least surface distance of strands, radius of the fibre [m].
     gauge_lengths : Mapping
         Initial hook-to-hook distance of each axis [m].
-    locking_strain : float
-        Estimated equibiaxial strain at which a loop has used up its yarn [1].
+    locking_strain : float or None
+        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None for a volumetric knit.
     """
 
     nodes: int
@@ -42,7 +42,7 @@ class SpecimenFacts:
     clearance: float
     fibre_radius: float
     gauge_lengths: Mapping[Axis, float]
-    locking_strain: float
+    locking_strain: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,8 +62,8 @@ class Plan:
     rows : int
         Rows of the log.
     largest_strain : float or None
-        Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None where the
-        sides are free, for they give yarn.
+        Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None for a
+        volumetric knit, and where the sides are free, for they give yarn.
     warnings : sequence of str
         Limits that would be passed, one line each.
     """
@@ -93,13 +93,15 @@ def build_specimen(loaded: Loaded) -> Specimen:
 
 def describe(specimen: Specimen) -> SpecimenFacts:
     """Return what is known of a specimen before any physics."""
+    stitch = specimen.stitch
+    budget = locking_strain(stitch, yarn_per_loop(stitch)) if isinstance(stitch, Stitch) else None
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
         clearance=specimen.clearance,
         fibre_radius=specimen.radius,
         gauge_lengths=gauge_lengths(specimen),
-        locking_strain=locking_strain(specimen.stitch, yarn_per_loop(specimen.stitch)),
+        locking_strain=budget,
     )
 
 
@@ -119,9 +121,9 @@ def dry_run(loaded: Loaded) -> Plan:
         rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
-    largest = None
-    if CATALOGUE[protocol.rig].sides == "hold":
-        largest = max(_budget_strain(stroke, lengths, protocol.specimen.stitch) for stroke in planned)
+    stitch, largest = protocol.specimen.stitch, None
+    if CATALOGUE[protocol.rig].sides == "hold" and isinstance(stitch, Stitch):
+        largest = max(_budget_strain(stroke, lengths, stitch) for stroke in planned)
     return Plan(
         protocol=protocol,
         specimen=facts,
@@ -144,9 +146,9 @@ def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch
     return (course + share * wale) / (1.0 + share)
 
 
-def _budget_warning(largest: float | None, locking: float) -> list[str]:
+def _budget_warning(largest: float | None, locking: float | None) -> list[str]:
     """Return a warning if the yarn would be used up."""
-    if largest is None or largest <= locking:
+    if largest is None or locking is None or largest <= locking:
         return []
     past = f"the protocol goes to {largest:.1%}, past the estimated locking strain of {locking:.1%}"
     return [f"arc-length budget: {past}: the yarn itself must stretch and forces rise steeply"]
@@ -173,10 +175,13 @@ def _machine_warnings(data: MachineData, axes: Sequence[Axis], planned: Sequence
         farthest = max((abs(stroke.end[axis]) for stroke in planned if stroke.phase != "Preload"), default=0.0)
         if farthest > travel * (1.0 + 1e-9):
             warnings.append(f"travel: axis {axis} would go {1e3 * farthest:.4g} mm, limit {1e3 * travel:.4g} mm")
-    fastest = max((_speed(stroke, axes) for stroke in planned), default=0.0)
-    top = data.carriage.max_speed.value
+    speeds = [speed for stroke in planned if (speed := _speed(stroke, axes)) > 0.0]
+    fastest, slowest = max(speeds, default=0.0), min(speeds, default=float("inf"))
+    top, least = data.carriage.max_speed.value, data.carriage.min_speed
     if fastest > top * (1.0 + 1e-9):
         warnings.append(f"speed: a pair would move at {1e3 * fastest:.4g} mm/s, limit {1e3 * top:.4g} mm/s")
+    if least is not None and slowest < least.value * (1.0 - 1e-9):
+        warnings.append(f"speed: a pair would move at {1e3 * slowest:.4g} mm/s, at least {1e3 * least.value:.4g} mm/s")
     return warnings
 
 

@@ -187,6 +187,24 @@ def run(
 
 
 @knitlab.command(
+    short_help="Put the curves of several runs into one figure.",
+    epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
+)
+def plot(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
+    by_modulus: Annotated[
+        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
+    ] = False,
+) -> None:
+    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
+    from app.compare import compare_runs  # noqa: PLC0415
+
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")
+
+
+@knitlab.command(
     short_help="Print the JSON Schema of protocol files.",
     epilog="\b\nExample:\n  knitlab schema > protocol.schema.json",
 )

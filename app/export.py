@@ -8,6 +8,7 @@ from app.rig_data import read_machine
 from app.run_folder import write_whole
 from knitlab_core.errors import SpecificationError
 from rigs.logs.biotester import BIOTESTER, biotester_channels
+from rigs.logs.bluehill import BLUEHILL_UNIVERSAL, PLACE, bluehill_channels
 from rigs.logs.writer import write_log
 
 if TYPE_CHECKING:
@@ -37,7 +38,14 @@ def _biotester(run: RunReader, samples: Samples) -> Iterator[bytes]:
     return write_log(BIOTESTER, channels)
 
 
-LOGS: Mapping[str, Log] = {"biotester": Log("biaxial-hook", "{sample}.csv", _biotester)}
+def _bluehill_universal(_: RunReader, samples: Samples) -> Iterator[bytes]:
+    return write_log(BLUEHILL_UNIVERSAL, bluehill_channels(samples))
+
+
+LOGS: Mapping[str, Log] = {
+    "biotester": Log("biaxial-hook", "{sample}.csv", _biotester),
+    "bluehill-universal": Log("uniaxial-frame", PLACE, _bluehill_universal),
+}
 """The logs by their dialect; a machine's first is its default."""
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from app.run_reader import RunReader
     from rigs.record import FloatArray, IntArray, Phase, SpecimenSize
@@ -140,7 +141,12 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     name = run.provenance.get("name")
     heading = f"{name}: effective stress and strain" if name else "Effective stress and strain"
     main.set_title(heading, fontsize=13, loc="left")
-    for axes in (main, force_time, strain_time):
+    return finish(figure, (main, force_time, strain_time), path)
+
+
+def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
+    """Give the parts of a figure the frame and the grid that all plots have, and write it."""
+    for axes in parts:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(color="#e6e6e6", lw=0.6)
         axes.set_axisbelow(True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, get_type_hints
+from types import NoneType
+from typing import TYPE_CHECKING, get_args, get_type_hints
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
@@ -79,8 +80,13 @@ def _build_dataclass(kind: type, found: object, name: str, line: int) -> object:
         if key not in allowed:
             where = found.lc.key(key)[0] + 1
             raise FormatError(name, where, f"one of {', '.join(sorted(allowed))}; found {key!r}")
-    missing = allowed - set(found)
+    missing = {field.name for field in fields(kind) if field.default is MISSING} - set(found)
     if missing:
         raise FormatError(name, line, f"also {', '.join(sorted(missing))}")
-    values = {key: _build(hints[key], value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
+    values = {key: _build(_given(hints[key]), value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
     return kind(**values)
+
+
+def _given(hint: type) -> type:
+    """Return the type of a field that is there: of one that may be left out, without the None."""
+    return next((part for part in get_args(hint) if part is not NoneType), hint)

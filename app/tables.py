@@ -72,6 +72,7 @@ def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
         "knit": spec.knit if isinstance(spec.knit, str) else asdict(spec.knit),
         "rows": spec.rows,
         "loops": spec.loops,
+        "layers": spec.layers,
         "loop_width_m": spec.loop_width,
         "material": spec.material,
         "friction": spec.friction,
@@ -139,7 +140,7 @@ def print_plan(plan: Plan) -> None:
     if len(plan.strokes) > _MOST_LINES:
         console.print(f"... and {len(plan.strokes) - _MOST_LINES} strokes more")
     console.print(f"planned duration {plan.duration:.4g} s, {plan.rows} rows at {plan.protocol.log.rate:g} Hz")
-    if plan.largest_strain is not None:
+    if plan.largest_strain is not None and plan.specimen.locking_strain is not None:
         spare = plan.specimen.locking_strain - plan.largest_strain
         console.print(
             f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
@@ -165,15 +166,20 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
     assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
+    count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
+    mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
+    budget = "no estimate for a volumetric knit"
+    if facts.locking_strain is not None:
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
     for name, text in (
-        ("test", f"{protocol.name} on {protocol.rig}"),
-        ("knit", f"{knit}, {spec.rows} rows x {spec.loops} loops, l = {1e3 * spec.loop_width:.4g} mm"),
+        ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
+        ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
         ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
         ("friction", f"{spec.friction:g}{assumed}"),
         ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
         ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
-        ("arc-length budget", f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"),
+        ("arc-length budget", budget),
     ):
         table.add_row(name, text)
     _stdout().print(table)

@@ -112,6 +112,12 @@ CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(
             mounts_one=False,
             sides="hold",
         ),
+        # The lower clamp stands, the crosshead carries the upper one and the load cell above it.
+        "uniaxial-frame": Arrangement(
+            drives=_drives("C", "W", "P", machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), anchored=True),
+            mounts_one=True,
+            sides="free",
+        ),
     }
 )
 

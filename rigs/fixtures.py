@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 Side = Literal[-1, 1]
 
-SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {"C": ("course-", "course+"), "W": ("wale-", "wale+")}
+SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
+    "C": ("course-", "course+"),
+    "W": ("wale-", "wale+"),
+    "P": ("pile-", "pile+"),
+}
 """Boundary sites on either side of the centre, along each axis."""
 
 COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1, "P": 2}

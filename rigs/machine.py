@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
     "biaxial-hook": {"C": "X", "W": "Y"},
+    "uniaxial-frame": {"C": "", "W": "", "P": ""},
 }
 """What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
@@ -44,12 +45,17 @@ class Datum:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Carriage:
-    """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N]."""
+    """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N].
+
+    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit.
+    """
 
     speed: Datum
     max_speed: Datum
     travel: Datum
     compliance: Datum
+    min_speed: Datum | None = None
+    capacity: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,11 +67,15 @@ class Pole:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m]."""
+    """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m].
+
+    Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is not simulated.
+    """
 
     limit: Datum
     noise: Datum
     resolution: Datum
+    accuracy: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +144,7 @@ def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis],
             reads=f"{kind}_{axis}",
             kind=kind,
             unit=unit,
-            limit=sensor.limit.value,
+            limit=_limit(data, sensor),
             noise=sensor.noise.value,
             resolution=sensor.resolution.value,
         )
@@ -142,3 +152,11 @@ def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis],
         for axis in axes
     )
     return Instrument(name=machine, channels=channels, rate=rate)
+
+
+def _limit(data: MachineData, sensor: Sensor) -> float:
+    """Return the largest reading of a sensor: a load cell's frame may bear less than the cell."""
+    bears = data.carriage.capacity
+    if sensor is data.load_cell and bears is not None:
+        return min(sensor.limit.value, bears.value)
+    return sensor.limit.value

@@ -123,20 +123,18 @@ class Protocol:
 
     def _require_rig(self) -> None:
         """Raise unless the rig of the catalogue can do what is asked for."""
-        rig, allowed = CATALOGUE[self.rig], "" if self.specimen.layers > 1 else " of a planar knit"
+        rig = CATALOGUE[self.rig]
         able = [axis for axis in rig.axes if axis in self.specimen.axes]
         if rig.mounts_one:
-            require(self.mount in able, "mount", self.mount or "nothing", f"{_either(able)}: the axis{allowed} to pull")
+            require(
+                self.mount in able, "mount", self.mount or "nothing", f"{' or '.join(able)}: the axis along the frame"
+            )
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
         require(self.others == rig.sides, "others", self.others, f"{rig.sides} on {self.rig}")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
             require(not wrong, place, ", ".join(wrong), f"what is driven: {_both(self.axes)}")
-
-
-def _either(axes: Sequence[Axis]) -> str:
-    return " or ".join(axes)
 
 
 def _both(axes: Sequence[Axis]) -> str:

@@ -5,17 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from knitlab_core.knits import NAMED_STITCHES, Specimen, Stitch, planar_specimen
+from knitlab_core.knits import (
+    NAMED_STITCHES,
+    NAMED_VOLUMETRIC_STITCHES,
+    Specimen,
+    Stitch,
+    VolumetricStitch,
+    planar_specimen,
+    volumetric_specimen,
+)
 from knitlab_core.materials import DEFAULT_FRICTION, material_named
 from rigs.bounds import require
+from rigs.fixtures import COORDINATE, SITES
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from knitlab_core.knits import SiteSet
     from rigs.record import FloatArray
     from rigs.steps import Axis
 
 MAX_STITCHES: Final = 10_000
+
+NAMED_KNITS: Final[Mapping[str, Stitch | VolumetricStitch]] = {**NAMED_STITCHES, **NAMED_VOLUMETRIC_STITCHES}
+"""Knits that have a name, planar and volumetric."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,10 +38,12 @@ class SpecimenSpec:
 
     Parameters
     ----------
-    knit : str or Stitch
+    knit : str, Stitch or VolumetricStitch
         A named set of stitch values, or the values themselves [loop widths].
     rows, loops : int
-        Rows, and loops in a row [1].
+        Rows, and loops (of a volumetric knit: stitches of two loops) in a row [1].
+    layers : int
+        Layers along the pile [1]; a planar knit has one.
     loop_width : float
         Width of one loop, l [m].
     material : str
@@ -40,23 +56,26 @@ class SpecimenSpec:
         Shape the yarn is at rest in; 'straight' joins it with machine-knitted cotton.
     """
 
-    knit: str | Stitch
+    knit: str | Stitch | VolumetricStitch
     rows: int
     loops: int
     loop_width: float
     material: str
+    layers: int = 1
     friction: float = DEFAULT_FRICTION.value
     nodes_per_loop: int = 48
     rest_shape: Literal["as-printed"] = "as-printed"
 
     def __post_init__(self) -> None:
         if isinstance(self.knit, str):
-            names = ", ".join(NAMED_STITCHES)
-            require(self.knit in NAMED_STITCHES, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
-        for name, count in (("rows", self.rows), ("loops", self.loops)):
+            names = ", ".join(NAMED_KNITS)
+            require(self.knit in NAMED_KNITS, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
+        for name, count in (("rows", self.rows), ("loops", self.loops), ("layers", self.layers)):
             require(1 <= count <= 200, name, count, "a whole number from 1 to 200")
-        count = self.rows * self.loops
-        require(count <= MAX_STITCHES, "loops", [self.rows, self.loops], f"{MAX_STITCHES} stitches or fewer")
+        planar = isinstance(self.stitch, Stitch)
+        require(self.layers == 1 or not planar, "layers", self.layers, "1: a planar knit has one layer")
+        count = self.rows * self.loops * self.layers
+        require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
         width = self.loop_width
         require(1e-6 <= width <= 1.0, "loop_width", f"{width:g} m", "a length from 1 um to 1 m")
         material_named(self.material, "material")
@@ -66,19 +85,14 @@ class SpecimenSpec:
         )
 
     @property
-    def layers(self) -> int:
-        """Return how many layers lie on each other along the pile: one."""
-        return 1
+    def stitch(self) -> Stitch | VolumetricStitch:
+        """Return the stitch, by name or by value."""
+        return NAMED_KNITS[self.knit] if isinstance(self.knit, str) else self.knit
 
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which the knit has faces with boundary sites."""
-        return ("C", "W")
-
-    @property
-    def stitch(self) -> Stitch:
-        """Return the stitch, by name or by value."""
-        return NAMED_STITCHES[self.knit] if isinstance(self.knit, str) else self.knit
+        return ("C", "W") if isinstance(self.stitch, Stitch) else ("C", "W", "P")
 
 
 def make_specimen(spec: SpecimenSpec) -> Specimen:
@@ -87,14 +101,14 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     Raises
     ------
     GeometryError
-        If it cannot exist: strands overlap, or rows do not hold each other.
+        If it cannot exist: strands overlap, or rows or layers do not hold each other.
     """
-    return planar_specimen(
-        spec.stitch,
-        rows=spec.rows,
-        loops=spec.loops,
-        loop_width=spec.loop_width,
-        nodes_per_loop=spec.nodes_per_loop,
+    rows, loops, width, nodes = spec.rows, spec.loops, spec.loop_width, spec.nodes_per_loop
+    stitch = spec.stitch
+    if isinstance(stitch, Stitch):
+        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes)
+    return volumetric_specimen(
+        stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes
     )
 
 
@@ -109,8 +123,9 @@ def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
         places = specimen.centreline.position(specimen.arc_lengths[nodes] / specimen.loop_width)
         at[name] = specimen.loop_width * places.mean(axis=0)
     return {
-        "C": float(at["course+"][0] - at["course-"][0]),
-        "W": float(at["wale+"][1] - at["wale-"][1]),
+        axis: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])
+        for axis, (near, far) in SITES.items()
+        if near in at
     }
 
 

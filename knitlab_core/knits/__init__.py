@@ -5,29 +5,40 @@ arclength   a loop's parameter to arc length and back
 pieces      rows of loops and turn-arounds, by arc length
 centreline  pieces strung to one C1 yarn, and sites on it
 stockinette the planar knit
+volumetric_stitch, volumetric_row, volumetric  the knit of many layers
 distance    where the yarn comes closest to itself
 clearance   ... refused where strands overlap
-clasp       whether loops hold each other
+linking     how often closed curves wind around each other
+clasp       ... whether loops hold each other
+mesh        where the nodes are
 specimen    nodes in metres, checked
+plates      which of them a load plate is printed around
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
-from knitlab_core.knits.clasp import clasp_numbers, linking_number
+from knitlab_core.knits.clasp import clasp_numbers
 from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
-from knitlab_core.knits.specimen import Specimen, planar_specimen
+from knitlab_core.knits.linking import linking_number
+from knitlab_core.knits.plates import Plates, plate_nodes
+from knitlab_core.knits.specimen import Specimen, planar_specimen, volumetric_specimen
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
 from knitlab_core.knits.stockinette import stockinette
+from knitlab_core.knits.volumetric import volumetric
+from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 
 __all__ = [
     "NAMED_STITCHES",
+    "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
     "Centreline",
+    "Plates",
     "Site",
     "SiteSet",
     "Specimen",
     "Stitch",
+    "VolumetricStitch",
     "check_clearance",
     "clasp_numbers",
     "closest_approach",
@@ -35,6 +46,9 @@ __all__ = [
     "locking_strain",
     "neighbour_gap",
     "planar_specimen",
+    "plate_nodes",
     "stockinette",
+    "volumetric",
+    "volumetric_specimen",
     "yarn_per_loop",
 ]

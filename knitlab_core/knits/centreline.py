@@ -15,28 +15,31 @@ if TYPE_CHECKING:
     from knitlab_core.knits.pieces import Piece
     from knitlab_core.knits.stitch import FloatArray, IntArray
 
-SiteSet: TypeAlias = Literal["wale+", "wale-", "course+", "course-"]
+SiteSet: TypeAlias = Literal["wale+", "wale-", "course+", "course-", "pile+", "pile-"]
 _END_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Site:
-    """Mark one spot of the yarn on the knit's edge; it is an arc length, not a node.
+    """Mark one spot of the yarn on the knit's edge or face; it is an arc length, not a node.
 
     Parameters
     ----------
-    set : {'wale+', 'wale-', 'course+', 'course-'}
-        The edge it belongs to.
+    set : {'wale+', 'wale-', 'course+', 'course-', 'pile+', 'pile-'}
+        The edge (of a planar knit) or face (of a volumetric one) it belongs to.
     row, loop : int
-        The loop it sits on, counted from 0, loops along +x.
+        The loop or stitch it sits on, counted from 0, loops along +x, rows along +y.
     arc_length : float
         Where on the yarn [loop widths].
+    layer : int
+        Counted from 0 along +z; 0 in a planar knit.
     """
 
     set: SiteSet
     row: int
     loop: int
     arc_length: float
+    layer: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +51,7 @@ class Centreline:
     pieces : tuple of Piece
         The pieces in the order of the yarn, each beginning where and as the last one ends (C1).
     sites : tuple of Site
-        Boundary sites, each set ordered along its edge (+x or +y).
+        Boundary sites, each set ordered along its edge (+x or +y), on a face by layer, row and +x.
 
     Notes
     -----

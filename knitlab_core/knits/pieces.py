@@ -108,63 +108,57 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """Lead from one row to the next by a semicircle of diameter w in the plane z = d.
+    """Lead from one row to the next by a semicircle that leaves along the course and comes back along it.
 
-    It starts at the row's foot, where Eq. 1 runs along the course: tangents match at both ends.
+    Rows end where their yarn runs along the course, so tangents match at both ends.
 
     Parameters
     ----------
-    stitch : Stitch
-        The loop.
-    row : int
-        The row that ends here, from 0.
-    loops : int
-        Number of loops of a row.
+    centre : tuple of float
+        Midway between the two ends [loop widths].
+    radius : float
+        Half of their distance [loop widths].
+    side : {1, -1}
+        +1 for a turn on the course+ side, -1 on the course- side.
+    across : tuple of float
+        Unit vector from its first end to its second, normal to the course.
+    joins : str
+        What it leads from and to, in the words of a knitter.
     """
 
-    stitch: Stitch
-    row: int
-    loops: int
-
-    @property
-    def radius(self) -> float:
-        """Return the radius of the semicircle [loop widths]."""
-        return 0.5 * self.stitch.row_spacing
+    centre: tuple[float, float, float]
+    radius: float
+    side: int
+    across: tuple[float, float, float]
+    joins: str
 
     @property
     def length(self) -> float:
         """Return the arc length [loop widths]."""
         return math.pi * self.radius
 
-    @property
-    def side(self) -> int:
-        """Return +1 for a turn on the course+ side, -1 on the course- side."""
-        return -1 if self.row % 2 else 1
-
     def position(self, s: FloatArray) -> FloatArray:
         """Return points, (n,) -> (n, 3) [loop widths]."""
-        stitch = self.stitch
-        centre = [
-            self.loops - 0.5 if self.side > 0 else -0.5,
-            (self.row + 0.5) * stitch.row_spacing - stitch.height,
-            stitch.depth,
-        ]
-        return np.array(centre) + self.radius * self._outward(s)
+        return np.array(self.centre) + self.radius * self._outward(s)
 
     def tangent(self, s: FloatArray) -> FloatArray:
         """Return unit tangents, (n,) -> (n, 3)."""
         angle = s / self.radius
-        return np.stack([self.side * np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+        return self._combine(self.side * np.cos(angle), np.sin(angle))
 
     def curvature(self, s: FloatArray) -> FloatArray:
         """Return curvature vectors, (n,) -> (n, 3) [1/loop width]."""
         return -self._outward(s) / self.radius
 
     def place(self, s: float) -> str:
-        """Name the two rows it joins, counted from 0."""
+        """Name what it joins, counted from 0."""
         part = "first" if s < 0.5 * self.length else "second"
-        return f"turn-around from row {self.row} to row {self.row + 1}, {part} half"
+        return f"turn-around {self.joins}, {part} half"
 
     def _outward(self, s: FloatArray) -> FloatArray:
         angle = s / self.radius
-        return np.stack([self.side * np.sin(angle), -np.cos(angle), np.zeros_like(angle)], axis=-1)
+        return self._combine(self.side * np.sin(angle), -np.cos(angle))
+
+    def _combine(self, course: FloatArray, across: FloatArray) -> FloatArray:
+        _, y, z = self.across
+        return np.stack([course, y * across, z * across], axis=-1)

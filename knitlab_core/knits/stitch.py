@@ -33,6 +33,18 @@ def is_positive(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf
 
 
+def check_number(name: str, value: object, *, most: float) -> None:
+    """Refuse a number of a stitch that is not finite, not positive or too large.
+
+    Raises
+    ------
+    SpecificationError
+        Naming the number.
+    """
+    if not is_positive(value) or value > most:
+        raise SpecificationError(f"stitch.{name}", value, f"a number above 0 and at most {most:g}, in loop widths")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stitch:
     """Hold the shape of one loop and the distance of its rows.
@@ -69,10 +81,7 @@ class Stitch:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value: object = getattr(self, field.name)
-            if not is_positive(value) or value > LARGEST[field.name]:
-                allowed = f"a number above 0 and at most {LARGEST[field.name]:g}, in loop widths"
-                raise SpecificationError(f"stitch.{field.name}", value, allowed)
+            check_number(field.name, getattr(self, field.name), most=LARGEST[field.name])
 
 
 NAMED_STITCHES: Final[Mapping[str, Stitch]] = MappingProxyType(

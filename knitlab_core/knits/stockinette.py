@@ -49,7 +49,7 @@ def stockinette(stitch: Stitch, *, rows: int, loops: int) -> Centreline:
     for row in range(rows):
         pieces.append(Row(stitch=stitch, row=row, loops=loops))
         if row < rows - 1:
-            pieces.append(Turn(stitch=stitch, row=row, loops=loops))
+            pieces.append(turn_after(stitch, row, loops))
     return Centreline(pieces=tuple(pieces), sites=_sites(stitch, rows, loops))
 
 
@@ -65,9 +65,21 @@ def check_count(field: str, found: object, *, most: int, least: int = 1) -> None
         raise SpecificationError(field, found, f"a whole number from {least} to {most}")
 
 
+def turn_after(stitch: Stitch, row: int, loops: int) -> Turn:
+    """Return the turn-around from a row to the next: diameter w, in the plane z = d of the feet."""
+    side = -1 if row % 2 else 1
+    return Turn(
+        centre=(loops - 0.5 if side > 0 else -0.5, (row + 0.5) * stitch.row_spacing - stitch.height, stitch.depth),
+        radius=0.5 * stitch.row_spacing,
+        side=side,
+        across=(0.0, 1.0, 0.0),
+        joins=f"from row {row} to row {row + 1}",
+    )
+
+
 def arc_length_at(stitch: Stitch, loops: int, row: int, t: FloatArray) -> FloatArray:
     """Return where on the yarn row ``row`` has the parameters t, (n,) -> (n,) [loop widths]."""
-    this, turn = Row(stitch=stitch, row=row, loops=loops), Turn(stitch=stitch, row=row, loops=loops)
+    this, turn = Row(stitch=stitch, row=row, loops=loops), turn_after(stitch, row, loops)
     return row * (this.length + turn.length) + this.arc_length(t)
 
 

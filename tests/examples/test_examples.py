@@ -12,8 +12,10 @@ import pytest
 
 from app.figures import energy_balance_error
 from app.run_reader import RunReader
+from app.schemas import from_yaml
 from app.usecases import RunResult, run_protocol
 from rigs.analysis import branch, stress_strain
+from rigs.specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
@@ -54,6 +56,7 @@ class Ran:
 
 
 def run_example(name: str, folder: Path) -> Ran:
+    folder.mkdir(exist_ok=True)
     result = run_protocol(EXAMPLES / name, folder / "run", lambda _share, _text: None)
     return Ran(result, RunReader(result.folder / "run.h5"))
 
@@ -148,6 +151,49 @@ def test_a_knit_that_went_slack_remembers_no_cycle(main_job: Ran) -> None:
             assert second == pytest.approx(first, rel=0.01)
 
 
+@pytest.fixture(scope="module")
+def uniaxial(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
+    del quick_pictures
+    return run_example("uniaxial_course.yaml", tmp_path_factory.mktemp("uniaxial"))
+
+
+def test_a_knit_with_free_sides_is_far_softer_than_one_held(uniaxial: Ran, main_job: Ran) -> None:
+    assert uniaxial.result.outcome == "target"
+    assert 0.0 < uniaxial.stress("C", 0.3) < 0.25 * main_job.stress("C", 0.3)
+    assert uniaxial.run.trace.axes == ("C",)
+
+
+def test_a_knit_with_free_sides_gets_narrower(uniaxial: Ran) -> None:
+    frames = uniaxial.run.frames()
+    # Free loops below and above, and the hooks that slide along their poles.
+    sites = make_specimen(from_yaml(uniaxial.run.protocol).specimen).sites
+    for width in (
+        [frame.nodes[sites["wale+"], 1].mean() - frame.nodes[sites["wale-"], 1].mean() for frame in frames],
+        [np.ptp(frame.nodes[sites["course+"], 1]) for frame in frames],
+    ):
+        start, _, peak, _, end = width
+        assert 0.0 < start - peak < 0.1 * start
+        assert end == pytest.approx(start, rel=1e-3)
+
+
+def test_a_knit_with_free_sides_stretches_without_its_yarn(uniaxial: Ran) -> None:
+    peak = max(uniaxial.run.frames(), key=lambda frame: frame.strain["C"])
+    assert peak.strain["C"] == pytest.approx(0.3)
+    assert np.abs(peak.axial_strain).max() < 1e-3
+    assert energy_balance_error(uniaxial.run.trace) <= 0.01
+
+
+@pytest.mark.slow
+def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
+    del quick_pictures
+    stress = {}
+    for axis, name in (("C", "course"), ("W", "wale"), ("P", "pile")):
+        ran = run_example(f"fig4c/fig4c_{name}_4.yaml", tmp_path / name)
+        assert ran.result.outcome == "target"
+        stress[axis] = ran.stress(axis, 0.4)  # type: ignore[arg-type]
+    assert stress["P"] > 3.0 * max(stress["C"], stress["W"])
+
+
 @pytest.mark.parametrize("name", ["small", "main_job"])
 def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest) -> None:
     ran: Ran = request.getfixturevalue(name)
@@ -155,10 +201,12 @@ def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest)
     # What friction took is the area of the loops.
     columns, size = ran.run.trace.columns, ran.run.size
     cycles = range(1, int(columns["cycle"].max()) + 1)
-    area = sum(ran.loop_area(axis, cycle) for axis in BOTH for cycle in cycles)
+    area = sum(ran.loop_area(axis, cycle) for axis in ran.run.trace.axes for cycle in cycles)
     volume = prod(size.extents.values())
     assert columns["friction_work"][-1] == pytest.approx(area * volume, rel=0.02)
 
 
 def test_every_example_is_tested() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.yaml")} == {"biaxial_small.yaml", "biaxial_cycle.yaml"}
+    knits = {f"fig4c/fig4c_{axis}_{n}.yaml" for axis in ("course", "wale", "pile") for n in (4, 6)}
+    tried = {"biaxial_small.yaml", "biaxial_cycle.yaml", "uniaxial_course.yaml"}
+    assert {str(path.relative_to(EXAMPLES)) for path in EXAMPLES.rglob("*.yaml")} == tried | knits

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
     from rigs.machine import MachineData
     from rigs.rig import Rig
+    from rigs.steps import Axis
 
     Mounted = tuple[Rig, State, Protocol]
 
@@ -38,11 +39,14 @@ def mount_knit() -> Callable[..., Mounted]:
         increment: float = 0.02,
         friction: float = 0.3,
         data: MachineData | None = None,
+        mount_along: Axis | None = None,
+        layers: int | None = None,
     ) -> Mounted:
         spec = SpecimenSpec(
-            knit="stockinette-default",
+            knit="stockinette-default" if layers is None else "volumetric-default",
             rows=rows,
             loops=loops,
+            layers=1 if layers is None else layers,
             loop_width=8e-3,
             material="RGD8530-DM",
             friction=friction,
@@ -51,7 +55,9 @@ def mount_knit() -> Callable[..., Mounted]:
         protocol = Protocol(
             specimen=spec,
             speed_ref="pair",
-            others="hold",
+            rig="biaxial-hook" if mount_along is None else "uniaxial-frame",
+            mount=mount_along,
+            others="hold" if mount_along is None else "free",
             steps=steps,
             log=LogSpec(noise=False),
             max_strain_increment=increment,

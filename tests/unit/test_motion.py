@@ -79,6 +79,16 @@ def test_the_rate_of_a_grip_is_half_that_of_its_pair() -> None:
     assert pair == pytest.approx(2.0 * grip)
 
 
+def test_where_one_grip_stands_the_rate_of_a_grip_is_that_of_its_pair() -> None:
+    ramp = to_strain(0.4, "W")
+    pair, grip = (
+        Protocol(specimen=SPECIMEN, rig="uniaxial-frame", mount="W", others="free", speed_ref=which, steps=(ramp,))
+        for which in ("pair", "grip")
+    )
+    assert planned_duration(pair, {"W": 0.04}) == planned_duration(grip, {"W": 0.04}) == pytest.approx(80.0)
+    assert next(strokes(pair, {"W": 0.04})).end == {"W": pytest.approx(0.016)}
+
+
 def test_a_cycle_is_a_stretch_and_a_recovery_each_time_and_the_set_counts_up() -> None:
     cycle = Cycle(axes=BOTH, lower=0.0, upper=0.4, rate=2e-4, n=3, tag="main")
     plan = all_strokes(protocol(Zero(), cycle))

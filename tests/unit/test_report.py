@@ -7,11 +7,13 @@ import pytest
 from matplotlib.image import imread
 
 from app import painters, pictures
+from app.compare import compare_runs, compared
 from app.painters import fit_window, vtk_environment
 from app.pictures import knit_frames, marked_frames, specimen_picture
 from app.report import curves_of, stress_strain_plot
 from app.run_reader import RunReader
 from app.tubes import smooth_curve, tube
+from app.views import FROM_A_CORNER, FROM_ABOVE
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from tests.synthetic_run import SIZE, frame, knit_nodes, make_run, rows
@@ -67,6 +69,42 @@ def test_frames_are_picked_on_the_way_to_the_first_peak() -> None:
     assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.33]
     assert len(marked_frames([frame(0.0, 0.0, 1, "Zero")])) == 1
     assert marked_frames([]) == ()
+
+
+def test_the_peak_is_among_the_frames_wherever_it_lies() -> None:
+    strains = [0.0, 0.2, 0.28, 0.3, 0.28]
+    picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate(strains)])
+    assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.3]
+
+
+def test_a_corner_shows_the_pile_upright_and_nothing_distorted() -> None:
+    turn = FROM_A_CORNER.turn
+    assert turn @ turn.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    course, wale, pile = FROM_A_CORNER.seen(np.eye(3))
+    assert pile[0] == pytest.approx(0.0)
+    assert pile[1] > max(abs(course[1]), abs(wale[1])) > 0.0
+    assert pile[2] > 0.0
+    assert FROM_ABOVE.seen(np.eye(3)) == pytest.approx(np.eye(3))
+
+
+def test_runs_are_compared_by_axis_and_name(run: RunReader, tmp_path: Path) -> None:
+    image = imread(compare_runs([run.path, run.path.parent], tmp_path / "both.png"))
+    assert image.std() > 0.05
+    with pytest.raises(SpecificationError, match="at least one run"):
+        compare_runs([], tmp_path / "none.png")
+
+
+def test_compared_runs_of_one_axis_differ_in_their_dashes(run: RunReader) -> None:
+    lines = compared([run, run], by_modulus=False)
+    assert [(line.label, line.dashes) for line in lines] == [
+        ("course, synthetic", "-"),
+        ("wale, synthetic", "-"),
+        ("course, synthetic", "--"),
+        ("wale, synthetic", "--"),
+    ]
+    assert len({line.colour for line in lines}) == 2
+    assert {line.scale for line in lines} == {1e-3}
 
 
 def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> None:

@@ -16,6 +16,8 @@ from app.run_folder import make_run_folder, whole_file, write_whole
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import FormatError, SpecificationError
+from rigs.catalogue import MachineName
+from rigs.machine import instrument_of
 from rigs.record import Outcome, trace_of, units
 from tests.synthetic_run import BOTH, SIZE, knit_nodes, make_run, row, rows, stage_instrument
 
@@ -189,15 +191,19 @@ def test_log_is_exported_from_the_record(tmp_path: Path) -> None:
         export_log(cut_off, tmp_path / "x.csv", "biotester")
 
 
-def test_rig_data_says_where_every_number_comes_from() -> None:
-    data = read_machine("biaxial-hook")
+@pytest.mark.parametrize("machine", ["biaxial-hook", "uniaxial-frame"])
+def test_rig_data_says_where_every_number_comes_from(machine: MachineName) -> None:
+    data = read_machine(machine)
     assert data.carriage.speed.value == 0.2e-3
     assert not data.carriage.speed.assumed
     assert data.load_cell.limit.assumed
     parts = (data.carriage, data.pole, data.load_cell, data.encoder, data.clock, data.convention)
     for part in parts:
         for name in part.__slots__:
-            assert getattr(part, name).source
+            datum = getattr(part, name)
+            assert datum is None or datum.source
+    # Of the stage nothing is known beyond what every machine must have.
+    assert (data.carriage.capacity is None) == (machine == "biaxial-hook")
 
 
 @pytest.mark.parametrize(
@@ -216,6 +222,28 @@ def test_bad_rig_data_is_refused_with_its_line(tmp_path: Path, old: str, new: st
     bad.write_text(text.replace(old, new))
     with pytest.raises(FormatError, match=message):
         read_machine("biaxial-hook", bad)
+
+
+def test_rig_data_of_another_machine_is_refused() -> None:
+    with pytest.raises(FormatError, match="the numbers of uniaxial-frame"):
+        read_machine("uniaxial-frame", ROOT / "rigs" / "data" / "biaxial_hook.yaml")
+
+
+def test_a_frame_bears_no_more_than_its_capacity() -> None:
+    data = read_machine("uniaxial-frame")
+    limits = {channel.name: channel.limit for channel in instrument_of("uniaxial-frame", data, ["P"], 1.0).channels}
+    assert limits == {"Displacement": 0.6, "Force": 500.0}
+    strong = replace(data.load_cell, limit=replace(data.load_cell.limit, value=5e3))
+    _, force = instrument_of("uniaxial-frame", replace(data, load_cell=strong), ["P"], 1.0).channels
+    assert force.limit == 2e3
+
+
+def test_a_record_of_another_layout_is_refused(tmp_path: Path) -> None:
+    make_run(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file.attrs["layout"] = 1
+    with pytest.raises(FormatError, match="a run in layout 2"):
+        RunReader(tmp_path / "run.h5")
 
 
 def test_row_is_flushed_before_append_returns(tmp_path: Path) -> None:

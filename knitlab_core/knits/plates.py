@@ -1,0 +1,64 @@
+"""Find the nodes of a volumetric knit that its load plates are printed around."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.stitch import IntArray, is_positive
+from knitlab_core.knits.stockinette import HOOK_ANGLE
+from knitlab_core.knits.volumetric_stitch import VolumetricStitch
+
+if TYPE_CHECKING:
+    from knitlab_core.knits.specimen import Specimen
+
+
+class Plates(NamedTuple):
+    """Hold what two plates clamp, and how far apart they stand."""
+
+    lower: IntArray
+    """Nodes inside the plate at the pile- face, ascending."""
+    upper: IntArray
+    """Nodes inside the plate at the pile+ face, ascending."""
+    gap: float
+    """Distance of the plates' inner faces [m]: the height of the knit that can stretch."""
+
+
+def plate_nodes(specimen: Specimen, *, depth: float | None = None) -> Plates:
+    """Return the nodes inside two plates, each printed around all yarn beyond its inner face.
+
+    The lower plate's inner face stands ``depth`` above the feet of the bottom layer's pile loops. These feet lie on
+    the base line of the rows, so wale loops, which stand below it, and turn-arounds of the bottom layer are inside as
+    a whole. The upper plate's stands ``depth`` below the heads of the top layer's pile loops and holds only them.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        A volumetric specimen as printed.
+    depth : float, optional
+        How far plates reach over feet and heads [m]; by default a fibre radius past the spots where hooks would hold
+        them, ``r + (H_p/2)(1 - cos 0.35)``.
+
+    Returns
+    -------
+    Plates
+        Every node whose spot on the yarn is in a plate; where nodes are does not depend on the mesh.
+
+    Raises
+    ------
+    SpecificationError
+        If the specimen is planar, or the depth not above 0 and below half the knit's height.
+    """
+    stitch, unit = specimen.stitch, specimen.loop_width
+    if not isinstance(stitch, VolumetricStitch):
+        raise SpecificationError("specimen.knit", "a planar knit", "a volumetric knit: plates hold pile loops")
+    if depth is None:
+        depth = unit * (stitch.fibre_radius + 0.5 * stitch.pile_height * (1.0 - math.cos(HOOK_ANGLE)))
+    height = unit * ((specimen.layers - 1) * stitch.layer_spacing + stitch.pile_height)
+    if not is_positive(depth) or depth >= 0.5 * height:
+        raise SpecificationError("plates.depth", depth, f"a length above 0 and below {0.5 * height:.4g} m")
+    z = unit * specimen.centreline.position(specimen.arc_lengths / unit)[:, 2]
+    return Plates(lower=np.flatnonzero(z <= depth), upper=np.flatnonzero(z >= height - depth), gap=height - 2.0 * depth)
