@@ -8,14 +8,18 @@ from hypothesis import strategies as st
 from knitlab_core.knits import (
     NAMED_STITCHES,
     Stitch,
+    VolumetricStitch,
     clasp_numbers,
     locking_strain,
     planar_specimen,
     stockinette,
+    volumetric,
+    volumetric_specimen,
     yarn_per_loop,
 )
 from knitlab_core.knits.arclength import tightest_bend
 from knitlab_core.knits.stitch import FloatArray
+from knitlab_core.knits.volumetric import volumetric_middle
 
 numbers = st.floats
 any_stitch = st.builds(
@@ -146,3 +150,66 @@ def test_more_yarn_in_a_loop_locks_later_and_thicker_yarn_sooner(stitch: Stitch,
 def test_named_stitches_have_room_for_their_yarn(loops: int) -> None:
     for stitch in NAMED_STITCHES.values():
         assert planar_specimen(stitch, rows=3, loops=loops, loop_width=8e-3).clearance > 0.0
+
+
+sound_volumetric = st.builds(
+    VolumetricStitch,
+    curvature=numbers(1.4, 1.6),
+    wale_height=numbers(1.55, 1.7),
+    pile_height=numbers(1.55, 1.7),
+    depth=numbers(0.23, 0.28),
+    row_spacing=numbers(1.05, 1.15),
+    layer_spacing=numbers(1.18, 1.3),
+    fibre_radius=numbers(0.01, 0.03),
+)
+
+
+@settings(max_examples=10, deadline=None)
+@given(stitch=sound_volumetric, rows=st.integers(1, 3), loops=st.integers(1, 2), layers=st.integers(1, 3))
+def test_volumetric_knits_are_one_c1_yarn_that_holds_everywhere(
+    stitch: VolumetricStitch, rows: int, loops: int, layers: int
+) -> None:
+    knit = volumetric_specimen(stitch, rows=rows, loops=loops, layers=layers, loop_width=1.0, nodes_per_loop=36)
+    for before, after in pairwise(knit.centreline.pieces):
+        end, start = np.array([before.length]), np.zeros(1)
+        np.testing.assert_allclose(before.position(end), after.position(start), atol=1e-9)
+        np.testing.assert_allclose(before.tangent(end), after.tangent(start), atol=1e-8)
+    assert knit.clearance > 0.0
+    numbers_of = clasp_numbers(knit, knit.nodes)
+    assert numbers_of.shape == ((layers * (rows - 1) + (layers - 1) * rows) * loops, 2)
+    assert np.all(np.abs(numbers_of) == 1)
+    assert np.all(numbers_of[:, 0] == -numbers_of[:, 1])
+
+
+@settings(max_examples=20, deadline=None)
+@given(stitch=sound_volumetric, rows=counts, loops=counts, layers=counts)
+def test_volumetric_arc_length_is_arc_length_and_curvature_its_second_derivative(
+    stitch: VolumetricStitch, rows: int, loops: int, layers: int
+) -> None:
+    yarn = volumetric(stitch, rows=rows, loops=loops, layers=layers)
+    step = 1e-4
+    s = np.linspace(step, yarn.length - step, 401)
+    np.testing.assert_allclose(np.linalg.norm(yarn.tangent(s), axis=-1), 1.0, rtol=1e-14)
+    difference = (yarn.position(s + step) - yarn.position(s - step)) / (2.0 * step)
+    np.testing.assert_allclose(difference, yarn.tangent(s), atol=1e-3)
+    bend = (yarn.tangent(s + step) - yarn.tangent(s - step)) / (2.0 * step)
+    # Curvature jumps at feet and turn-arounds; a difference across a jump is neither side's value.
+    smooth = np.linalg.norm(yarn.curvature(s + step) - yarn.curvature(s - step), axis=-1) < 0.1
+    assert smooth.mean() > 0.95
+    np.testing.assert_allclose(bend[smooth], yarn.curvature(s)[smooth], atol=1e-2)
+
+
+@settings(max_examples=20, deadline=None)
+@given(stitch=sound_volumetric, rows=counts, loops=counts, layers=counts)
+def test_opposite_faces_have_opposite_means_about_the_middle(
+    stitch: VolumetricStitch, rows: int, loops: int, layers: int
+) -> None:
+    yarn = volumetric(stitch, rows=rows, loops=loops, layers=layers)
+    middle = volumetric_middle(stitch, rows, loops, layers)
+    for axis, name in enumerate(("course", "wale", "pile")):
+        plus, minus = (
+            yarn.position(np.array([site.arc_length for site in yarn.sites if site.set == f"{name}{sign}"]))
+            for sign in "+-"
+        )
+        np.testing.assert_allclose(plus.mean(axis=0)[axis] + minus.mean(axis=0)[axis], 2.0 * middle[axis], atol=1e-9)
+        assert plus[:, axis].mean() > minus[:, axis].mean()
