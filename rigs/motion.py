@@ -184,9 +184,15 @@ def _still(here: Mapping[Axis, float], end: Mapping[Axis, float], gauge_lengths:
     return all(abs(end[axis] - here[axis]) <= 1e-12 * gauge_lengths[axis] for axis in end)
 
 
+def _farthest(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Axis:
+    """Return the axis that goes farthest."""
+    return max(end, key=lambda axis: abs(end[axis] - here[axis]))
+
+
 def _longest_way(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> float:
     """Return the signed way of the axis that goes farthest [m]."""
-    return max((end[axis] - here[axis] for axis in end), key=abs)
+    axis = _farthest(here, end)
+    return end[axis] - here[axis]
 
 
 def _phase(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Phase:
@@ -211,6 +217,6 @@ def _duration(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float],
             return move.duration
         case Preload() | Ramp():
             # Where two grips move apart, a pair's length changes twice as fast as one of them moves.
-            drive = CATALOGUE[protocol.rig].drives[move.axes[0]]
+            drive = CATALOGUE[protocol.rig].drives[_farthest(here, end)]
             pair_rate = move.rate * (1 if protocol.speed_ref == "pair" else drive.moving)
             return abs(_longest_way(here, end)) / pair_rate

@@ -131,6 +131,7 @@ class Protocol:
             )
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
+            require(able == list(rig.axes), "knit", f"faces across {_both(able)}", f"faces across {_both(rig.axes)}")
         require(self.others == rig.sides, "others", self.others, f"{rig.sides} on {self.rig}")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
