@@ -42,11 +42,11 @@ class View:
             return
         axes.set(xlabel="[mm]", ylabel="[mm]")
         for name, (right, up) in zip(("C", "W", "P"), 0.13 * self.turn[:2].T, strict=True):
-            tip = (0.16 + right, 0.12 + up)
+            tip = (0.05 + right, 0.06 + up)
             arrow = {"arrowstyle": "<-", "color": "black", "lw": 1.2}
             axes.annotate(
                 name,
-                xy=(0.16, 0.12),
+                xy=(0.05, 0.06),
                 xytext=tip,
                 xycoords="axes fraction",
                 textcoords="axes fraction",
