@@ -129,7 +129,7 @@ def preview(
     as_json: AsJson = False,
 ) -> None:
     """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
-    from app.check import build_specimen, describe, stitch_of  # noqa: PLC0415
+    from app.check import build_specimen, describe  # noqa: PLC0415
     from app.pictures import specimen_picture  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
@@ -142,7 +142,7 @@ def preview(
     note = specimen_picture(specimen, picture).note
     if note:
         _complain(note)
-    facts = describe(specimen, stitch_of(loaded.protocol.specimen))
+    facts = describe(specimen)
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
     else:
@@ -184,6 +184,24 @@ def run(
     if result.outcome != "target":
         _complain(f"{protocol}: {result.outcome}: {result.message}")
     raise typer.Exit(exit_code(result))
+
+
+@knitlab.command(
+    short_help="Put the curves of several runs into one figure.",
+    epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
+)
+def plot(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
+    by_modulus: Annotated[
+        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
+    ] = False,
+) -> None:
+    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
+    from app.compare import compare_runs  # noqa: PLC0415
+
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")
 
 
 @knitlab.command(

@@ -1,34 +1,47 @@
-"""Read the rigs' data files; no other place parses them."""
+"""Read the machines' data files; no other place parses them."""
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, get_type_hints
+from types import NoneType
+from typing import TYPE_CHECKING, get_args, get_type_hints
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import MarkedYAMLError
 
 from knitlab_core.errors import FormatError
-from rigs.biaxial_data import BiaxialData
+from rigs.catalogue import arranged
+from rigs.machine import MachineData
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
     from pathlib import Path
 
+    from rigs.catalogue import MachineName
+    from rigs.protocol import Protocol
 
-def read_biaxial_data(path: Path | None = None) -> BiaxialData:
-    """Read the numbers of the biaxial stage.
+
+def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
+    """Return the numbers of every machine of a protocol's rig."""
+    names = {drive.machine: None for drive in arranged(protocol.rig, protocol.mount).values()}
+    return {name: read_machine(name) for name in names}
+
+
+def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
+    """Read the numbers of a machine.
 
     Parameters
     ----------
+    machine : MachineName
+        The machine.
     path : Path or None
-        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for that file itself.
+        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for the machine's own there.
 
     Returns
     -------
-    BiaxialData
+    MachineData
         Every number with its source.
 
     Raises
@@ -36,15 +49,15 @@ def read_biaxial_data(path: Path | None = None) -> BiaxialData:
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
     """
-    source: Traversable = path or files("rigs") / "data" / "biaxial_hook.yaml"
+    source: Traversable = path or files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml"
     try:
         tree = YAML(typ="rt").load(source.read_text(encoding="utf-8"))
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise FormatError(source.name, line, f"YAML ({error.problem})") from error
-    built = _build(BiaxialData, tree, source.name, 1)
-    if not isinstance(built, BiaxialData):
-        raise FormatError(source.name, 1, "the numbers of a biaxial stage")
+    built = _build(MachineData, tree, source.name, 1)
+    if not isinstance(built, MachineData) or built.rig != machine:
+        raise FormatError(source.name, 1, f"the numbers of {machine}")
     return built
 
 
@@ -67,8 +80,13 @@ def _build_dataclass(kind: type, found: object, name: str, line: int) -> object:
         if key not in allowed:
             where = found.lc.key(key)[0] + 1
             raise FormatError(name, where, f"one of {', '.join(sorted(allowed))}; found {key!r}")
-    missing = allowed - set(found)
+    missing = {field.name for field in fields(kind) if field.default is MISSING} - set(found)
     if missing:
         raise FormatError(name, line, f"also {', '.join(sorted(missing))}")
-    values = {key: _build(hints[key], value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
+    values = {key: _build(_given(hints[key]), value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
     return kind(**values)
+
+
+def _given(hint: type) -> type:
+    """Return the type of a field that is there: of one that may be left out, without the None."""
+    return next((part for part in get_args(hint) if part is not NoneType), hint)

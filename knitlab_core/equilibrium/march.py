@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-        if work.model.bonds is None:
-            found, report = search(state, at, to)
-        else:
-            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
+from knitlab_core.equilibrium.breaking import reach
+from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
@@ -189,14 +187,10 @@ def march(
         to = _next(at, step)
         if to > 1.0 - 1e-9:
             to = 1.0
-<<<<<<< HEAD
-        found, report = advance(work, state, path(to), options, duration=duration * (to - at))
-=======
         if work.model.bonds is None:
-            found, report = advance(work, state, path(to), options)
+            found, report = search(state, at, to)
         else:
             to, found, report = reach(search, state, work.model.bonds.locate, at, to)
->>>>>>> bonds
         if found is None:
             step *= 0.5
             if step < SMALLEST_STEP * whole:
