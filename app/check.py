@@ -5,17 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.rig_data import read_biaxial_data
+from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, Specimen, Stitch, locking_strain, planar_specimen, yarn_per_loop
-from rigs.motion import Stroke, gauge_lengths, planned_duration, planned_rows, planned_strokes
-from rigs.protocol import AXES
+from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
+from rigs.catalogue import CATALOGUE, arranged
+from rigs.motion import Stroke, planned_duration, planned_rows, planned_strokes
+from rigs.specimen import gauge_lengths, make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.schemas import Loaded
-    from rigs.protocol import Axis, Protocol, SpecimenSpec
+    from rigs.machine import MachineData
+    from rigs.protocol import Protocol
+    from rigs.steps import Axis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,8 +33,8 @@ class SpecimenFacts:
         Whole length, least surface distance of strands, radius of the fibre [m].
     gauge_lengths : Mapping
         Initial hook-to-hook distance of each axis [m].
-    locking_strain : float
-        Estimated equibiaxial strain at which a loop has used up its yarn [1].
+    locking_strain : float or None
+        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None for a volumetric knit.
     """
 
     nodes: int
@@ -39,7 +42,7 @@ class SpecimenFacts:
     clearance: float
     fibre_radius: float
     gauge_lengths: Mapping[Axis, float]
-    locking_strain: float
+    locking_strain: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,13 +56,14 @@ class Plan:
     specimen : SpecimenFacts
         The specimen.
     strokes : sequence of Stroke
-        Every move of the stage; a preload is taken to meet its force at once.
+        Every move of the axes; a preload is taken to meet its force at once.
     duration : float
         Planned duration [s].
     rows : int
         Rows of the log.
-    largest_strain : float
-        Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1].
+    largest_strain : float or None
+        Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None for a
+        volumetric knit, and where the sides are free, for they give yarn.
     warnings : sequence of str
         Limits that would be passed, one line each.
     """
@@ -69,13 +73,8 @@ class Plan:
     strokes: Sequence[Stroke]
     duration: float
     rows: int
-    largest_strain: float
+    largest_strain: float | None
     warnings: Sequence[str]
-
-
-def stitch_of(spec: SpecimenSpec) -> Stitch:
-    """Return the stitch of a specimen, by name or by value."""
-    return NAMED_STITCHES[spec.knit] if isinstance(spec.knit, str) else spec.knit
 
 
 def build_specimen(loaded: Loaded) -> Specimen:
@@ -86,28 +85,23 @@ def build_specimen(loaded: Loaded) -> Specimen:
     ProtocolError
         If it cannot exist (strands overlap), with the place of the knit in the file.
     """
-    spec = loaded.protocol.specimen
     try:
-        return planar_specimen(
-            stitch_of(spec),
-            rows=spec.rows,
-            loops=spec.loops,
-            loop_width=spec.loop_width,
-            nodes_per_loop=spec.nodes_per_loop,
-        )
+        return make_specimen(loaded.protocol.specimen)
     except SpecificationError as error:
         raise loaded.locate(error) from error
 
 
-def describe(specimen: Specimen, stitch: Stitch) -> SpecimenFacts:
-    """Return what is known of a planar specimen of a stitch before any physics."""
+def describe(specimen: Specimen) -> SpecimenFacts:
+    """Return what is known of a specimen before any physics."""
+    stitch = specimen.stitch
+    budget = locking_strain(stitch, yarn_per_loop(stitch)) if isinstance(stitch, Stitch) else None
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
         clearance=specimen.clearance,
         fibre_radius=specimen.radius,
         gauge_lengths=gauge_lengths(specimen),
-        locking_strain=locking_strain(stitch, yarn_per_loop(stitch)),
+        locking_strain=budget,
     )
 
 
@@ -120,18 +114,21 @@ def dry_run(loaded: Loaded) -> Plan:
         If the specimen cannot exist or the log would be too long.
     """
     protocol = loaded.protocol
-    facts = describe(build_specimen(loaded), stitch_of(protocol.specimen))
+    facts = describe(build_specimen(loaded))
+    lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
     try:
-        planned = planned_strokes(protocol, facts.gauge_lengths)
-        rows = planned_rows(protocol, facts.gauge_lengths)
+        planned = planned_strokes(protocol, lengths)
+        rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
-    largest = max(_budget_strain(stroke, facts.gauge_lengths, stitch_of(protocol.specimen)) for stroke in planned)
+    stitch, largest = protocol.specimen.stitch, None
+    if CATALOGUE[protocol.rig].sides == "hold" and isinstance(stitch, Stitch):
+        largest = max(_budget_strain(stroke, lengths, stitch) for stroke in planned)
     return Plan(
         protocol=protocol,
         specimen=facts,
         strokes=planned,
-        duration=planned_duration(protocol, facts.gauge_lengths),
+        duration=planned_duration(protocol, lengths),
         rows=rows,
         largest_strain=largest,
         warnings=[*_budget_warning(largest, facts.locking_strain), *_limit_warnings(protocol, planned)],
@@ -144,40 +141,52 @@ def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch
     The locking estimate spends yarn along the course once and along the wale twice the row spacing.
     """
     end = stroke.start if stroke.phase == "Preload" else stroke.end
-    course, wale = (end[axis] / lengths[axis] for axis in AXES)
+    course, wale = (end[axis] / lengths[axis] for axis in ("C", "W"))
     share = 2.0 * stitch.row_spacing
     return (course + share * wale) / (1.0 + share)
 
 
-def _budget_warning(largest: float, locking: float) -> list[str]:
+def _budget_warning(largest: float | None, locking: float | None) -> list[str]:
     """Return a warning if the yarn would be used up."""
-    if largest <= locking:
+    if largest is None or locking is None or largest <= locking:
         return []
     past = f"the protocol goes to {largest:.1%}, past the estimated locking strain of {locking:.1%}"
     return [f"arc-length budget: {past}: the yarn itself must stretch and forces rise steeply"]
 
 
 def _limit_warnings(protocol: Protocol, planned: Sequence[Stroke]) -> list[str]:
-    """Return a warning for each limit of the rig that would be passed."""
-    data = read_biaxial_data()
+    """Return a warning for each limit of the rig's machines that would be passed."""
+    drives = arranged(protocol.rig, protocol.mount)
+    warnings = []
+    for machine, data in machines_of(protocol).items():
+        axes = [axis for axis, drive in drives.items() if drive.machine == machine]
+        warnings += _machine_warnings(data, axes, planned)
+        if protocol.log.rate > data.clock.max_rate.value:
+            warnings.append(f"log: {protocol.log.rate:g} Hz asked for, limit {data.clock.max_rate.value:g} Hz")
+    return warnings
+
+
+def _machine_warnings(data: MachineData, axes: Sequence[Axis], planned: Sequence[Stroke]) -> list[str]:
+    """Return a warning for each limit of one machine's carriages that would be passed."""
     warnings = []
     travel = data.carriage.travel.value
-    for axis in AXES:
+    for axis in axes:
         # Rounding must not turn a move to the limit into one past it.
         farthest = max((abs(stroke.end[axis]) for stroke in planned if stroke.phase != "Preload"), default=0.0)
         if farthest > travel * (1.0 + 1e-9):
             warnings.append(f"travel: axis {axis} would go {1e3 * farthest:.4g} mm, limit {1e3 * travel:.4g} mm")
-    fastest = max((_speed(stroke) for stroke in planned), default=0.0)
-    top = data.carriage.max_speed.value
+    speeds = [speed for stroke in planned if (speed := _speed(stroke, axes)) > 0.0]
+    fastest, slowest = max(speeds, default=0.0), min(speeds, default=float("inf"))
+    top, least = data.carriage.max_speed.value, data.carriage.min_speed
     if fastest > top * (1.0 + 1e-9):
         warnings.append(f"speed: a pair would move at {1e3 * fastest:.4g} mm/s, limit {1e3 * top:.4g} mm/s")
-    if protocol.log.rate > data.clock.max_rate.value:
-        warnings.append(f"log: {protocol.log.rate:g} Hz asked for, limit {data.clock.max_rate.value:g} Hz")
+    if least is not None and slowest < least.value * (1.0 - 1e-9):
+        warnings.append(f"speed: a pair would move at {1e3 * slowest:.4g} mm/s, at least {1e3 * least.value:.4g} mm/s")
     return warnings
 
 
-def _speed(stroke: Stroke) -> float:
-    """Return the speed of the fastest axis [m/s]."""
+def _speed(stroke: Stroke, axes: Sequence[Axis]) -> float:
+    """Return the speed of the fastest of some axes [m/s]."""
     if stroke.duration == 0.0:
         return 0.0
-    return max(abs(stroke.end[axis] - stroke.start[axis]) for axis in AXES) / stroke.duration
+    return max(abs(stroke.end[axis] - stroke.start[axis]) for axis in axes) / stroke.duration

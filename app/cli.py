@@ -130,7 +130,7 @@ def preview(
     as_json: AsJson = False,
 ) -> None:
     """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
-    from app.check import build_specimen, describe, stitch_of  # noqa: PLC0415
+    from app.check import build_specimen, describe  # noqa: PLC0415
     from app.pictures import specimen_picture  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
@@ -143,7 +143,7 @@ def preview(
     note = specimen_picture(specimen, picture).note
     if note:
         _complain(note)
-    facts = describe(specimen, stitch_of(loaded.protocol.specimen))
+    facts = describe(specimen)
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
     else:
@@ -222,8 +222,8 @@ def print_(
 
     require_extra()
     from app.printing.job import Wanted, print_knit  # noqa: PLC0415
+    from app.printing.printers import read_printer_data  # noqa: PLC0415
     from app.printing.show import print_data, show_print  # noqa: PLC0415
-    from app.rig_data import read_printer_data  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import Bar, print_json  # noqa: PLC0415
     from app.units import parse  # noqa: PLC0415
@@ -245,15 +245,62 @@ def print_(
 
 
 @knitlab.command(
-    short_help="Print the JSON Schema of protocol files.",
-    epilog="\b\nExample:\n  knitlab schema > protocol.schema.json",
+    short_help="Put the curves of several runs into one figure.",
+    epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )
-def schema() -> None:
-    """Print the JSON Schema of protocol files, for editors that complete and check YAML."""
-    from app.schemas import json_schema  # noqa: PLC0415
+def plot(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
+    by_modulus: Annotated[
+        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
+    ] = False,
+) -> None:
+    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
+    from app.compare import compare_runs  # noqa: PLC0415
+
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")
+
+
+@knitlab.command(
+    short_help="List the materials, with the source of every number.",
+    epilog="\b\nExamples:\n  knitlab materials\n  knitlab materials examples/materials/my-resins.yaml",
+)
+def materials(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="Materials of one's own (YAML).", show_default=False)
+    ] = None,
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """List the materials of the catalogue, and those of a file, with the source of every number."""
+    from app.materials import known_materials  # noqa: PLC0415
+    from app.tables import materials_data, print_json, print_materials  # noqa: PLC0415
+
+    known = known_materials(file)
+    if as_json:
+        print_json(materials_data(known))
+    else:
+        print_materials(known)
+
+
+@knitlab.command(
+    short_help="Print the JSON Schema of protocol or materials files.",
+    epilog="\b\nExamples:\n  knitlab schema > protocol.schema.json\n"
+    "  knitlab schema --kind material > material.schema.json",
+)
+def schema(
+    *,
+    kind: Annotated[
+        Literal["protocol", "material"], typer.Option(help="Which kind of file: protocol or material.")
+    ] = "protocol",
+) -> None:
+    """Print the JSON Schema of protocol or materials files, for editors that complete and check YAML."""
+    from app import schemas  # noqa: PLC0415
+    from app.schemas import materials as material_schemas  # noqa: PLC0415
     from app.tables import print_json  # noqa: PLC0415
 
-    print_json(json_schema())
+    print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
 
 
 def exit_code(result: RunResult) -> int:

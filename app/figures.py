@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from rigs.analysis import cycle_figures, stress_strain
-from rigs.protocol import AXES
 from rigs.signals import zero_offset
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigs.instruments import Zeroing
-    from rigs.protocol import Axis
     from rigs.record import FloatArray, SpecimenSize, Trace
+    from rigs.steps import Axis
 
 Figure: TypeAlias = tuple[str, float, str]
 
@@ -67,7 +66,7 @@ def energy_balance_error(trace: Trace) -> float:
 
 def _mechanics(trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
     cycle = trace.columns["cycle"].astype(np.int64)
-    for axis in AXES:
+    for axis in trace.axes:
         travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
         strain, stress = stress_strain(travel, force, axis, size)
         for figures in cycle_figures(axis, strain, stress, trace.phase, cycle):

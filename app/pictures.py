@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from app.painters import fit_window, paint_lines, vtk_images
+from app.report import NAMES
 from app.run_folder import whole_file
 from app.tubes import Tube, tube
+from app.views import FROM_ABOVE, view_of
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from app.run_reader import RunReader
+    from app.views import View
     from knitlab_core.knits import Specimen
     from rigs.record import Frame
 
@@ -28,7 +31,10 @@ COLOURS = "YlOrRd"
 DPI = 200
 MARK = 0.2
 MARK_SLACK = 0.005
-SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"}
+SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"} | {
+    "pile+": "#009E73",
+    "pile-": "#66C9A8",
+}
 
 
 class Picture(NamedTuple):
@@ -61,20 +67,23 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
     frames = marked_frames(run.frames())
     if not frames:
         raise SpecificationError("run.frames", 0, "at least one frame to draw")
-    tubes = [tube(frame.nodes, 100 * frame.axial_strain, run.size.fibre_radius) for frame in frames]
-    figure, note = draw(tubes, [_strain_title(frame) for frame in frames], AXIAL)
+    view = view_of(volumetric=run.size.convention == "specimen")
+    tubes = [tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius) for frame in frames]
+    figure, note = draw(tubes, [_strain_title(frame) for frame in frames], AXIAL, view=view)
     return Picture(_save(figure, path), note)
 
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     """Pick the first frame, those at whole 20 % of strain up to the first peak, and the peak."""
-    strains = [max(frame.strain_C, frame.strain_W) for frame in frames]
-    picked: dict[int, Frame] = {}
+    strains = [max(frame.strain.values()) for frame in frames]
+    peak = max(strains, default=0.0)
+    picked: dict[int | None, Frame] = {}
     for frame, strain in zip(frames, strains, strict=True):
         mark = round(strain / MARK)
-        if abs(strain - mark * MARK) <= MARK_SLACK or strain == max(strains):
-            picked.setdefault(mark if strain < max(strains) else round(max(strains) / MARK), frame)
-        if strain >= max(strains) - MARK_SLACK:
+        marked = abs(strain - mark * MARK) <= MARK_SLACK
+        if marked or strain == peak:
+            picked.setdefault(mark if marked else None, frame)
+        if strain >= peak - MARK_SLACK:
             break
     return tuple(picked.values())
 
@@ -94,23 +103,28 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
     Picture
         The path, and a note if VTK did not paint it.
     """
+    layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
     title = (
-        f"{specimen.rows} rows × {specimen.loops} loops, loop width {1e3 * specimen.loop_width:g} mm, "
+        f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {1e3 * specimen.loop_width:g} mm, "
         f"fibre radius {1e3 * specimen.radius:.3g} mm\n"
         f"yarn {specimen.yarn_length:.3g} m, narrowest gap {1e3 * specimen.clearance:.2g} mm"
     )
     heights = 1e3 * np.asarray(specimen.nodes)[:, 2]
-    figure, note = draw([tube(specimen.nodes, heights, specimen.radius)], [title], "height z [mm]", "YlGnBu")
+    view = view_of(volumetric="pile+" in specimen.sites)
+    seen = tube(view.seen(specimen.nodes), heights, specimen.radius)
+    figure, note = draw([seen], [title], "height z [mm]", "YlGnBu", view=view)
     axes = figure.axes[0]
     for name, indices in specimen.sites.items():
-        x, y = 1e3 * np.asarray(specimen.nodes)[indices, :2].T
+        x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
         colour = SITE_COLOURS.get(name, "black")
         axes.plot(x, y, "o", ms=7, mfc=colour, mec="white", mew=1.0, label=name, zorder=3)
     figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
     return Picture(_save(figure, path), note)
 
 
-def draw(tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str = COLOURS) -> tuple[Figure, str]:
+def draw(
+    tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str = COLOURS, *, view: View = FROM_ABOVE
+) -> tuple[Figure, str]:
     """Draw tubes side by side on one scale of colour and length.
 
     Parameters
@@ -123,6 +137,8 @@ def draw(tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str 
         Words beside the colour bar.
     colours : str
         Name of the colour map.
+    view : View
+        How the tubes were turned to the eye.
 
     Returns
     -------
@@ -146,7 +162,9 @@ def draw(tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str 
     row = list(np.atleast_1d(figure.subplots(1, len(tubes), sharey=True)))
     for axes, title in zip(row, titles, strict=True):
         _dress(axes, title, window)
-    row[0].set_ylabel("wale [mm]")
+        view.dress(axes)
+    for axes in row[1:]:
+        axes.set_ylabel("")
     bar = figure.colorbar(scale, cax=row[-1].inset_axes((1.03, 0.0, 0.035, 1.0)))
     bar.set_label(label, fontsize=12)
     # Laid out now, so that an image has the pixels its place on the page has.
@@ -163,7 +181,7 @@ def draw(tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str 
 
 
 def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) -> None:
-    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal", xlabel="course [mm]")
+    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
     axes.set_title(title, fontsize=13)
     axes.tick_params(length=3, labelsize=10)
     for side in axes.spines.values():
@@ -171,8 +189,10 @@ def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) ->
 
 
 def _strain_title(frame: Frame) -> str:
-    course, wale = (f"{100 * value:.0f} %".replace("-0 %", "0 %") for value in (frame.strain_C, frame.strain_W))
-    return f"strain {course}" if course == wale else f"strain: course {course}, wale {wale}"
+    shares = {NAMES[axis]: f"{100 * value:.0f} %".replace("-0 %", "0 %") for axis, value in frame.strain.items()}
+    if len(set(shares.values())) == 1 and len(shares) > 1:
+        return f"strain {next(iter(shares.values()))}"
+    return "strain: " + ", ".join(f"{name} {share}" for name, share in shares.items())
 
 
 def _save(figure: Figure, path: Path) -> Path:

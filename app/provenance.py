@@ -8,12 +8,13 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.materials import DEFAULT_FRICTION, Value, material_named
-from rigs.biaxial_data import Datum
+from rigs.machine import Datum
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
-    from rigs.biaxial_data import BiaxialData
+    from rigs.catalogue import MachineName
+    from rigs.machine import MachineData
     from rigs.protocol import Protocol
 
 Fact = tuple[str, str | int | float]
@@ -21,15 +22,15 @@ Fact = tuple[str, str | int | float]
 PACKAGES: Final = ("knitlab", "numpy", "scipy", "numba", "h5py")
 
 
-def provenance(protocol: Protocol, data: BiaxialData) -> dict[str, str | int | float]:
+def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> dict[str, str | int | float]:
     """Return what a run was made with, flat: a number stands under its name, its unit and source under `name.source`.
 
     Parameters
     ----------
     protocol : Protocol
         The test.
-    data : BiaxialData
-        The stage's numbers.
+    data : Mapping
+        The numbers of the rig's machines. Those of the first stand under ``rig.``, of others under their own name.
 
     Returns
     -------
@@ -44,6 +45,7 @@ def provenance(protocol: Protocol, data: BiaxialData) -> dict[str, str | int | f
         [
             ("name", protocol.name),
             ("rig", protocol.rig),
+            *([] if protocol.mount is None else [("mount", protocol.mount)]),
             ("seed", protocol.log.seed),
             ("zero_strain", protocol.specimen.rest_shape),
             ("version.python", platform.python_version()),
@@ -51,7 +53,11 @@ def provenance(protocol: Protocol, data: BiaxialData) -> dict[str, str | int | f
             ("material", material.name),
             *_facts("material", material),
             *_sourced("friction", friction),
-            *_facts("rig", data),
+            *(
+                fact
+                for number, (machine, numbers) in enumerate(data.items())
+                for fact in _facts(machine if number else "rig", numbers)
+            ),
         ]
     )
 
@@ -65,12 +71,15 @@ def _version(package: str) -> str:
 
 
 def _facts(name: str, part: object) -> Iterator[Fact]:
-    """Yield every number with a source that a dataclass holds, however deep."""
+    """Yield every number with a source that a dataclass or a tuple holds, however deep."""
     if isinstance(part, Datum | Value):
         yield from _sourced(name, part)
     elif is_dataclass(part):
         for field in fields(part):
             yield from _facts(f"{name}.{field.name}", getattr(part, field.name))
+    elif isinstance(part, tuple):
+        for number, one in enumerate(part):
+            yield from _facts(f"{name}[{number}]", one)
 
 
 def _sourced(name: str, number: Datum | Value) -> Iterator[Fact]:

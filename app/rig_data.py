@@ -1,36 +1,47 @@
-"""Read the rigs' data files; no other place parses them."""
+"""Read the machines' data files; no other place parses them."""
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from importlib.resources import files
-from pathlib import Path
-from typing import TYPE_CHECKING, get_type_hints
+from types import NoneType
+from typing import TYPE_CHECKING, get_args, get_type_hints
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import MarkedYAMLError
 
-from knitlab_core.errors import FormatError, SpecificationError
-from knitlab_core.knits.stitch import is_positive
-from rigs.biaxial_data import BiaxialData
-from rigs.printer_data import PrinterData
+from knitlab_core.errors import FormatError
+from rigs.catalogue import arranged
+from rigs.machine import MachineData
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
+    from pathlib import Path
+
+    from rigs.catalogue import MachineName
+    from rigs.protocol import Protocol
 
 
-def read_biaxial_data(path: Path | None = None) -> BiaxialData:
-    """Read the numbers of the biaxial stage.
+def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
+    """Return the numbers of every machine of a protocol's rig."""
+    names = {drive.machine: None for drive in arranged(protocol.rig, protocol.mount).values()}
+    return {name: read_machine(name) for name in names}
+
+
+def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
+    """Read the numbers of a machine.
 
     Parameters
     ----------
+    machine : MachineName
+        The machine.
     path : Path or None
-        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for that file itself.
+        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for the machine's own there.
 
     Returns
     -------
-    BiaxialData
+    MachineData
         Every number with its source.
 
     Raises
@@ -38,65 +49,21 @@ def read_biaxial_data(path: Path | None = None) -> BiaxialData:
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
     """
-    source: Traversable = path or files("rigs") / "data" / "biaxial_hook.yaml"
-    built = _read(BiaxialData, source)
-    if not isinstance(built, BiaxialData):
-        raise FormatError(source.name, 1, "the numbers of a biaxial stage")
+    source: Traversable = path or files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml"
+    built = read_numbers(MachineData, source)
+    if not isinstance(built, MachineData) or built.rig != machine:
+        raise FormatError(source.name, 1, f"the numbers of {machine}")
     return built
 
 
-def printer_names() -> tuple[str, ...]:
-    """Return the names of the printers that come with the package."""
-    return tuple(sorted(_stem(entry) for entry in _printers().iterdir() if entry.name.endswith(".yaml")))
-
-
-def read_printer_data(printer: str) -> PrinterData:
-    """Read the numbers of a printer.
-
-    Parameters
-    ----------
-    printer : str
-        A name of `printer_names`, or the path of a file in the form of ``rigs/data/printers/j35.yaml``.
-
-    Returns
-    -------
-    PrinterData
-        Every number with its source.
+def read_numbers(kind: type, source: Traversable) -> object:
+    """Return the dataclass of a kind that a file fills, field by field.
 
     Raises
     ------
-    SpecificationError
-        If there is no such printer, or one of its numbers is not above 0.
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
     """
-    names = printer_names()
-    if printer in names:
-        source: Traversable = _printers() / f"{printer}.yaml"
-    elif printer.endswith((".yaml", ".yml")) and Path(printer).is_file():
-        source = Path(printer)
-    else:
-        raise SpecificationError("printer", printer, f"{', '.join(names)}, or the path of a .yaml file")
-    built = _read(PrinterData, source)
-    if not isinstance(built, PrinterData):
-        raise FormatError(source.name, 1, "the numbers of a printer")
-    for name in ("layer_height", "resolution", "smallest_feature", "clearance"):
-        value = getattr(built, name).value
-        if not is_positive(value):
-            raise SpecificationError(f"{source.name}: {name}", value, "a length above 0 m")
-    return built
-
-
-def _printers() -> Traversable:
-    return files("rigs") / "data" / "printers"
-
-
-def _stem(entry: Traversable) -> str:
-    return entry.name.removesuffix(".yaml")
-
-
-def _read(kind: type, source: Traversable) -> object:
-    """Return the dataclass a file describes."""
     try:
         tree = YAML(typ="rt").load(source.read_text(encoding="utf-8"))
     except MarkedYAMLError as error:
@@ -124,8 +91,13 @@ def _build_dataclass(kind: type, found: object, name: str, line: int) -> object:
         if key not in allowed:
             where = found.lc.key(key)[0] + 1
             raise FormatError(name, where, f"one of {', '.join(sorted(allowed))}; found {key!r}")
-    missing = allowed - set(found)
+    missing = {field.name for field in fields(kind) if field.default is MISSING} - set(found)
     if missing:
         raise FormatError(name, line, f"also {', '.join(sorted(missing))}")
-    values = {key: _build(hints[key], value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
+    values = {key: _build(_given(hints[key]), value, name, found.lc.key(key)[0] + 1) for key, value in found.items()}
     return kind(**values)
+
+
+def _given(hint: type) -> type:
+    """Return the type of a field that is there: of one that may be left out, without the None."""
+    return next((part for part in get_args(hint) if part is not NoneType), hint)

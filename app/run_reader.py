@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, cast
 import h5py
 import numpy as np
 
-from app.runs import RUNNING
+from app.runs import LAYOUT, RUNNING
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
-from rigs.record import ENDS, PHASES, UNITS, Frame, Outcome, SpecimenSize, Trace
+from rigs.record import ENDS, PHASES, Frame, Outcome, SpecimenSize, Trace
+from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,31 +36,36 @@ class RunReader:
     provenance : dict of str to object
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
-        Gauge lengths, fibre radius and thickness.
+        Extents and fibre radius.
     trace : Trace
         The equilibria.
-    samples : Samples or None
-        What the instrument logged; None if the run was cut off before.
+    samples : dict of str to Samples
+        What the instruments logged, by their names; empty if the run was cut off before.
     outcome : Outcome
         How the run ended; ``abort`` if nothing says so.
 
     Raises
     ------
     FormatError
-        If the file is not a run.
+        If the file is not a run, or of another layout.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
             with h5py.File(path, "r", locking=False) as file:
+                if "protocol" in file and file.attrs.get("layout") != LAYOUT:
+                    raise FormatError(path, 1, f"the record of a run in layout {LAYOUT}")
                 self._tags = [text.decode() for text in file["tags"][()]]
                 self.protocol = cast("str", file["protocol"].asstr()[()])
                 self.provenance = dict(file.attrs)
-                names = ("gauge_C", "gauge_W", "fibre_radius", "thickness")
-                self.size = SpecimenSize(**{name: float(file.attrs[name]) for name in names})
+                self.size = SpecimenSize(
+                    extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
+                    fibre_radius=float(file.attrs["fibre_radius"]),
+                    convention=file.attrs["thickness_convention"],
+                )
                 self.trace = self._read_trace(file["equilibria"])
-                self.samples = self._read_samples(file["channels"])
+                self.samples = self._read_all_samples(file["channels"])
                 self.outcome = _read_outcome(file["outcome"], len(self.trace))
         except FileNotFoundError:
             raise
@@ -76,8 +82,7 @@ class RunReader:
                 time=float(columns["time"][k]),
                 nodes=columns["nodes"][k],
                 axial_strain=columns["axial_strain"][k],
-                strain_C=float(columns["strain_C"][k]),
-                strain_W=float(columns["strain_W"][k]),
+                strain={axis: float(columns[f"strain_{axis}"][k]) for axis in AXES if f"strain_{axis}" in columns},
                 cycle=int(columns["cycle"][k]),
                 phase=PHASES[columns["phase"][k]],
             )
@@ -85,25 +90,32 @@ class RunReader:
         )
 
     def _read_trace(self, table: h5py.Group) -> Trace:
-        raw = {name: table[name][()] for name in (*UNITS, "phase", "tag")}
+        raw = {name: column[()] for name, column in table.items()}
         count = _rows(raw)
+        numbers = set(raw) - {"phase", "tag"}
         return Trace(
-            columns={name: raw[name][:count].astype(np.float64) for name in UNITS},
+            columns={name: raw[name][:count].astype(np.float64) for name in numbers},
             phase=tuple(PHASES[index] for index in raw["phase"][:count]),
             tag=self._tag_texts(raw["tag"][:count]),
         )
 
-    def _read_samples(self, table: h5py.Group) -> Samples | None:
+    def _read_all_samples(self, channels: h5py.Group) -> dict[str, Samples]:
+        found = {name: self._read_samples(name, table) for name, table in channels.items()}
+        return {name: samples for name, samples in found.items() if samples is not None}
+
+    def _read_samples(self, instrument: str, table: h5py.Group) -> Samples | None:
         names = tuple(table["clean"])
         raw = {name: table[name][()] for name in ("Time", "cycle", "phase", "tag", *names)}
         if not _rows(raw):
             return None
         return Samples(
+            instrument=instrument,
             time=raw["Time"],
             measured={name: raw[name] for name in names},
             clean={name: cast("FloatArray", table["clean"][name][()]) for name in names},
             offset={name: cast("FloatArray", table["offset"][name][()]) for name in names},
             units={name: str(table[name].attrs["units"]) for name in names},
+            reads={name: str(table[name].attrs["reads"]) for name in names},
             cycle=raw["cycle"],
             phase=tuple(PHASES[index] for index in raw["phase"]),
             tag=self._tag_texts(raw["tag"]),

@@ -11,18 +11,21 @@ from typing import TYPE_CHECKING, Self
 import h5py
 import numpy as np
 
-from rigs.record import PHASES, UNITS
+from rigs.record import PHASES, units
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
 
     from rigs.instruments import Instrument, Samples
     from rigs.record import Equilibrium, Frame, Outcome, SpecimenSize
+    from rigs.steps import Axis
 
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
+#: Rises whenever a reader of the last layout would not find what it looks for.
+LAYOUT = 2
 RUNNING = "running"
 NO_TAG = -1
 _TEXT = h5py.string_dtype("utf-8", length=64)
@@ -30,7 +33,6 @@ _END = h5py.string_dtype("utf-8", length=16)
 _MESSAGE = h5py.string_dtype("utf-8", length=1024)
 _ONE = h5py.h5s.create_simple((1,))
 _WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle"})
-_FRAME_NUMBERS = ("time", "strain_C", "strain_W")
 
 
 def _append(dataset: h5py.Dataset, values: object, count: int = 1) -> None:
@@ -45,6 +47,12 @@ def _column(group: h5py.Group, name: str, dtype: object, unit: str | None = None
         dataset.attrs["units"] = unit
 
 
+def _phase_and_tag(table: h5py.Group) -> None:
+    _column(table, "phase", "i1")
+    table["phase"].attrs["meaning"] = ", ".join(PHASES)
+    _column(table, "tag", "i4")
+
+
 class RunWriter:
     """Write a run row by row.
 
@@ -55,11 +63,13 @@ class RunWriter:
     protocol : str
         The protocol's YAML, verbatim.
     size : SpecimenSize
-        Gauge lengths, fibre radius and thickness.
+        Extents and fibre radius.
+    axes : sequence of Axis
+        The axes that are driven.
     node_count : int
         Nodes of the yarn, N.
-    instrument : Instrument
-        Its channels.
+    instruments : sequence of Instrument
+        Their channels.
     provenance : mapping of str to (str, int or float)
         Versions, seed, rig, material values with their sources.
     """
@@ -70,8 +80,9 @@ class RunWriter:
         *,
         protocol: str,
         size: SpecimenSize,
+        axes: Sequence[Axis],
         node_count: int,
-        instrument: Instrument,
+        instruments: Sequence[Instrument],
         provenance: Mapping[str, str | int | float],
     ) -> None:
         # No lock: the file may be looked into while the run goes on.
@@ -80,14 +91,17 @@ class RunWriter:
         self._file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
         self._file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=_TEXT)
         facts = {
-            "gauge_C": size.gauge_C,
-            "gauge_W": size.gauge_W,
+            "layout": LAYOUT,
             "fibre_radius": size.fibre_radius,
-            "thickness": size.thickness,
-            "thickness_convention": "unit",
+            **{f"extent_{axis}": extent for axis, extent in size.extents.items()},
+            "thickness_convention": size.convention,
         }
         self._file.attrs.update({**provenance, **facts})
-        self._make_tables(node_count, instrument)
+        self._make_equilibria(axes)
+        self._make_frames(axes, node_count)
+        self._file.create_group("channels")
+        for instrument in instruments:
+            self._make_channels(instrument)
         self._columns = {name: column.id for name, column in self._file["equilibria"].items()}
         self._rows = 0
         outcome = self._file.create_group("outcome")
@@ -95,34 +109,38 @@ class RunWriter:
         outcome.attrs.create("message", "", dtype=_MESSAGE)
         self._file.flush()
 
-    def _make_tables(self, node_count: int, instrument: Instrument) -> None:
-        equilibria = self._file.create_group("equilibria")
-        for name, unit in UNITS.items():
-            _column(equilibria, name, "i8" if name in _WHOLE else "f8", unit)
-        frames = self._file.create_group("frames")
-        for name in _FRAME_NUMBERS:
-            _column(frames, name, "f8", "s" if name == "time" else "1")
-        _column(frames, "cycle", "i8")
+    def _make_equilibria(self, axes: Sequence[Axis]) -> None:
+        table = self._file.create_group("equilibria")
+        for name, unit in units(axes).items():
+            _column(table, name, "i8" if name in _WHOLE else "f8", unit)
+        _phase_and_tag(table)
+
+    def _make_frames(self, axes: Sequence[Axis], node_count: int) -> None:
+        table = self._file.create_group("frames")
+        _column(table, "time", "f8", "s")
+        for axis in axes:
+            _column(table, f"strain_{axis}", "f8", "1")
+        _column(table, "cycle", "i8")
+        _column(table, "phase", "i1")
         for name, tail, unit in (
             ("nodes", (node_count, 3), "m"),
             ("axial_strain", (node_count - 1,), "1"),
         ):
-            made = frames.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
+            made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
             made.attrs["units"] = unit
-        channels = self._file.create_group("channels")
-        _column(channels, "Time", "f8", "s")
-        _column(channels, "cycle", "i8")
+
+    def _make_channels(self, instrument: Instrument) -> None:
+        table = self._file["channels"].create_group(instrument.name)
+        _column(table, "Time", "f8", "s")
+        _column(table, "cycle", "i8")
         for kind in ("clean", "offset"):
-            channels.create_group(kind)
+            table.create_group(kind)
         for channel in instrument.channels:
-            for place in (channels, channels["clean"], channels["offset"]):
+            for place in (table, table["clean"], table["offset"]):
                 _column(place, channel.name, "f8", channel.unit)
-        channels.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=_TEXT)
-        for table in (equilibria, frames, channels):
-            _column(table, "phase", "i1")
-            table["phase"].attrs["meaning"] = ", ".join(PHASES)
-        for table in (equilibria, channels):
-            _column(table, "tag", "i4")
+            table[channel.name].attrs["reads"] = channel.reads
+        table.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=_TEXT)
+        _phase_and_tag(table)
 
     def _tag(self, tag: str | None) -> int:
         if tag is None:
@@ -134,8 +152,7 @@ class RunWriter:
 
     def append(self, row: Equilibrium) -> None:
         """Add an accepted equilibrium; when this returns, a killed run still has it."""
-        values = {name: getattr(row, name) for name in UNITS}
-        values |= {"phase": PHASES.index(row.phase), "tag": self._tag(row.tag)}
+        values = row.numbers() | {"phase": PHASES.index(row.phase), "tag": self._tag(row.tag)}
         # The plain way costs 12 ms a row, a good part of a time step; this one 1 ms.
         count = self._rows + 1
         place = h5py.h5s.create_simple((count,))
@@ -149,14 +166,16 @@ class RunWriter:
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""
         table = self._file["frames"]
-        for name in (*_FRAME_NUMBERS, "cycle", "nodes", "axial_strain"):
+        for name in ("time", "cycle", "nodes", "axial_strain"):
             _append(table[name], getattr(frame, name))
+        for axis, strain in frame.strain.items():
+            _append(table[f"strain_{axis}"], strain)
         _append(table["phase"], PHASES.index(frame.phase))
         self._file.flush()
 
     def write_samples(self, samples: Samples) -> None:
-        """Write what the instrument logged; once, at the end."""
-        table, count = self._file["channels"], len(samples.time)
+        """Write what an instrument logged; once, at the end."""
+        table, count = self._file["channels"][samples.instrument], len(samples.time)
         _append(table["Time"], samples.time, count)
         _append(table["cycle"], samples.cycle, count)
         _append(table["phase"], [PHASES.index(phase) for phase in samples.phase], count)

@@ -12,14 +12,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 
 from knitlab_core.materials import DEFAULT_FRICTION, material_named
-from rigs.protocol import AXES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from types import TracebackType
     from typing import Self
 
     from app.check import Plan, SpecimenFacts
     from app.usecases import RunResult
+    from knitlab_core.materials import Material, Value
     from rigs.motion import Stroke
     from rigs.protocol import Protocol
 
@@ -73,6 +74,7 @@ def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
         "knit": spec.knit if isinstance(spec.knit, str) else asdict(spec.knit),
         "rows": spec.rows,
         "loops": spec.loops,
+        "layers": spec.layers,
         "loop_width_m": spec.loop_width,
         "material": spec.material,
         "friction": spec.friction,
@@ -126,10 +128,11 @@ def result_data(result: RunResult) -> dict[str, Any]:
 def print_plan(plan: Plan) -> None:
     """Print the specimen, the table of strokes and what they come to."""
     print_facts(plan.protocol, plan.specimen)
-    table = Table("#", "set", "what", "axis C", "axis W", "time", "tag")
+    axes = plan.protocol.axes
+    table = Table("#", "set", "what", *(f"axis {axis}" for axis in axes), "time", "tag")
     lengths = plan.specimen.gauge_lengths
     for number, stroke in enumerate(plan.strokes[:_MOST_LINES], start=1):
-        ways = [_way(stroke, lengths[axis], stroke.start[axis], stroke.end[axis]) for axis in AXES]
+        ways = [_way(stroke, lengths[axis], stroke.start[axis], stroke.end[axis]) for axis in axes]
         what = f"{stroke.phase} {', '.join(stroke.channels)}".strip()
         if stroke.stop_force is not None:
             what += f" to {stroke.stop_force:g} N"
@@ -139,11 +142,12 @@ def print_plan(plan: Plan) -> None:
     if len(plan.strokes) > _MOST_LINES:
         console.print(f"... and {len(plan.strokes) - _MOST_LINES} strokes more")
     console.print(f"planned duration {plan.duration:.4g} s, {plan.rows} rows at {plan.protocol.log.rate:g} Hz")
-    spare = plan.specimen.locking_strain - plan.largest_strain
-    console.print(
-        f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
-        f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
-    )
+    if plan.largest_strain is not None and plan.specimen.locking_strain is not None:
+        spare = plan.specimen.locking_strain - plan.largest_strain
+        console.print(
+            f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
+            f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
+        )
     if not plan.warnings:
         console.print("no limit would be passed")
 
@@ -164,15 +168,20 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
     assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
+    count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
+    mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
+    budget = "no estimate for a volumetric knit"
+    if facts.locking_strain is not None:
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
     for name, text in (
-        ("test", f"{protocol.name} on {protocol.rig}"),
-        ("knit", f"{knit}, {spec.rows} rows x {spec.loops} loops, l = {1e3 * spec.loop_width:.4g} mm"),
+        ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
+        ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
         ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
         ("friction", f"{spec.friction:g}{assumed}"),
         ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
-        ("hook to hook", ", ".join(f"{axis} {1e3 * facts.gauge_lengths[axis]:.4g} mm" for axis in AXES)),
-        ("arc-length budget", f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"),
+        ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
+        ("arc-length budget", budget),
     ):
         table.add_row(name, text)
     _stdout().print(table)
@@ -187,6 +196,41 @@ def print_result(result: RunResult) -> None:
         for name, value, unit in result.figures:
             table.add_row(name, f"{value:.4g}", unit)
         console.print(table)
+
+
+def materials_data(known: Mapping[str, Material]) -> dict[str, Any]:
+    """Return materials as plain data, SI units, each number with its source."""
+    return {name: asdict(material) for name, material in known.items()}
+
+
+def print_materials(known: Mapping[str, Material]) -> None:
+    """Print every number of every material with its source."""
+    table = Table("material", "number", "value", "source")
+    for name, material in known.items():
+        first = name
+        for number, value in _numbers(material):
+            table.add_row(first, number, str(value), value.source)
+            first = ""
+        if material.note:
+            table.add_row("", "note", "", material.note)
+    _stdout().print(table)
+
+
+def _numbers(material: Material) -> list[tuple[str, Value]]:
+    """Return the numbers of a material that are known, under the words of a table."""
+    single = {
+        "Young's modulus": material.young_modulus,
+        "Poisson's ratio": material.poisson_ratio,
+        "strength": material.strength,
+        "elongation at break": material.elongation_at_break,
+        "density": material.density,
+    }
+    terms = [
+        (f"{word} {number}", value)
+        for number, term in enumerate(material.relaxation, 1)
+        for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
+    ]
+    return [(word, value) for word, value in single.items() if value is not None] + terms
 
 
 def _stdout() -> Console:

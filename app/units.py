@@ -16,7 +16,7 @@ from knitlab_core.errors import UnitError
 if TYPE_CHECKING:
     import pint
 
-Dimension: TypeAlias = Literal["length", "speed", "time", "force", "frequency", "strain"]
+Dimension: TypeAlias = Literal["length", "speed", "time", "force", "frequency", "strain", "stress", "density"]
 
 # SI unit; the unit people write; how errors describe what is allowed.
 _DIMENSIONS: Final = MappingProxyType(
@@ -27,6 +27,8 @@ _DIMENSIONS: Final = MappingProxyType(
         "force": ("N", "N", "a force with its unit, such as 50 mN"),
         "frequency": ("Hz", "Hz", "a frequency with its unit, such as 10 Hz"),
         "strain": ("dimensionless", "%", "a strain as a pure number or in per cent, such as 0.4 or 40 %"),
+        "stress": ("Pa", "GPa", "a stress with its unit, such as 2.0 GPa"),
+        "density": ("kg/m**3", "kg/m**3", "a density with its unit, such as 1180 kg/m^3"),
     }
 )
 

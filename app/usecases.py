@@ -9,32 +9,32 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
 from app.check import build_specimen
-from app.export import export_log
+from app.export import export_logs
 from app.figures import run_figures
 from app.pictures import knit_frames
 from app.provenance import provenance
 from app.report import stress_strain_plot
-from app.rig_data import read_biaxial_data
+from app.rig_data import machines_of
 from app.run_folder import make_run_folder
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from app.schemas import load
 from knitlab_core.errors import SpecificationError
 from knitlab_core.jit import cache_is_cold
-from rigs.biaxial import mount
 from rigs.experiment import perform
 from rigs.instruments import Zeroing, measure
 from rigs.motion import planned_duration
 from rigs.record import Equilibrium, Frame, Outcome, trace_of
+from rigs.rig import mount
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from app.figures import Figure
     from app.schemas import Loaded
-    from rigs.biaxial import BiaxialStage
     from rigs.experiment import Event
     from rigs.record import End
+    from rigs.rig import Rig
 
 RUNS: Final = Path("runs")
 
@@ -73,7 +73,7 @@ class _Journal:
     """Write a test down as it happens, and remember what the end of it needs."""
 
     writer: RunWriter
-    stage: BiaxialStage
+    rig: Rig
     planned: float
     progress: Callable[[float, str], None]
     rows: list[Equilibrium] = field(default_factory=list)
@@ -100,9 +100,8 @@ class _Journal:
 
     def _show(self, row: Equilibrium) -> None:
         """Show how far the test is."""
-        gauges = self.stage.gauges
-        strains = (row.displacement_C / gauges["C"], row.displacement_W / gauges["W"])
-        text = f"{row.phase:7} {row.cycle}: C {strains[0]:6.1%}, W {strains[1]:6.1%}"
+        strains = (f"{axis} {row.displacement[axis] / length:6.1%}" for axis, length in self.rig.gauges.items())
+        text = f"{row.phase:7} {row.cycle}: {', '.join(strains)}"
         done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
         self.progress(TESTED * done, text)
 
@@ -142,27 +141,29 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
     began = perf_counter()
     protocol = loaded.protocol
     specimen = build_specimen(loaded)
-    data = read_biaxial_data()
-    stage, state = mount(specimen, protocol, data)
+    data = machines_of(protocol)
+    rig, state = mount(specimen, protocol, data)
     folder = make_run_folder(wanted)
     figures: tuple[Figure, ...] = ()
     with RunWriter(
         folder / "run.h5",
         protocol=loaded.text,
-        size=stage.size,
+        size=rig.size,
+        axes=protocol.axes,
         node_count=len(specimen.nodes),
-        instrument=stage.instrument,
+        instruments=rig.instruments,
         provenance=provenance(protocol, data),
     ) as writer:
-        planned = planned_duration(protocol, stage.gauges)
-        journal = _Journal(writer=writer, stage=stage, planned=planned, progress=progress)
-        outcome = _located(loaded, lambda: journal.record(perform(stage, state, protocol)))
+        planned = planned_duration(protocol, rig.gauges)
+        journal = _Journal(writer=writer, rig=rig, planned=planned, progress=progress)
+        outcome = _located(loaded, lambda: journal.record(perform(rig, state, protocol)))
         if journal.rows:
             trace, log = trace_of(journal.rows), protocol.log
-            writer.write_samples(
-                measure(stage.instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
-            )
-            figures = run_figures(trace, stage.size, journal.zeroings, perf_counter() - began)
+            for instrument in rig.instruments:
+                writer.write_samples(
+                    measure(instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
+                )
+            figures = run_figures(trace, rig.size, journal.zeroings, perf_counter() - began)
         writer.finish(outcome)
     return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
 
@@ -176,12 +177,12 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
 
 
 def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) -> None:
-    """Write the views of a record that has rows: the stage's log, the plot, the pictures."""
+    """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
     run = RunReader(folder / "run.h5")
     if not len(run.trace):
         return
     progress(TESTED, "writing the log")
-    export_log(run, folder / f"{name}.csv")
+    export_logs(run, folder, name)
     progress(TESTED, "plotting")
     stress_strain_plot(run, folder / f"{name}_stress_strain.png")
     progress(TESTED, "drawing the knit")

@@ -11,11 +11,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from app.check import build_specimen
-from app.rig_data import read_biaxial_data
+from app.rig_data import machines_of
 from app.schemas import load
-from rigs.biaxial import BiaxialStage, mount
 from rigs.experiment import perform
 from rigs.record import Equilibrium
+from rigs.rig import Rig, mount
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
@@ -31,10 +31,10 @@ def peak_memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
-def first_cycle() -> tuple[BiaxialStage, list[Equilibrium]]:
+def first_cycle() -> tuple[Rig, list[Equilibrium]]:
     """Run the first cycle of the main job; return the stage and its rows."""
     loaded = load(PROTOCOL)
-    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    stage, state = mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
     rows = []
     for event in perform(stage, state, loaded.protocol):
         if isinstance(event, Equilibrium):
@@ -47,9 +47,9 @@ def first_cycle() -> tuple[BiaxialStage, list[Equilibrium]]:
 def stiffness() -> tuple[Pattern, FloatArray]:
     """Return pattern and blocks of the free stiffness on the way up at 33 % strain."""
     loaded = load(PROTOCOL)
-    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    stage, state = mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
     for event in perform(stage, state, loaded.protocol):
-        if isinstance(event, Equilibrium) and event.displacement_C >= 0.33 * stage.size.gauge_C:
+        if isinstance(event, Equilibrium) and event.displacement["C"] >= 0.33 * stage.gauges["C"]:
             break
     return stage.work.pattern, stage.work.blocks
 
@@ -58,7 +58,7 @@ def first_row() -> float:
     """Return the seconds to the first row, kernels compiled on the way if they must be."""
     began = perf_counter()
     loaded = load(PROTOCOL)
-    stage, state = mount(build_specimen(loaded), loaded.protocol, read_biaxial_data())
+    stage, state = mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
     rows = (e for e in perform(stage, state, loaded.protocol) if isinstance(e, Equilibrium))
     next(rows)  # as mounted
     next(rows)  # the first that was solved for

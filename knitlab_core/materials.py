@@ -44,43 +44,78 @@ class Value:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RelaxationTerm:
+    """Say which share of the stiffness relaxes in which time: one term of a Prony series.
+
+    Parameters
+    ----------
+    share : Value
+        Share g of Young's modulus that is lost in the end [1].
+    time : Value
+        Relaxation time τ [s].
+    """
+
+    share: Value
+    time: Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
-    """Describe a linearly elastic, isotropic yarn material.
+    """Describe an isotropic yarn material: linearly elastic, unless a relaxation is given and asked for.
 
     Parameters
     ----------
     name : str
         The name that protocols use.
     young_modulus : Value
-        Young's modulus E [Pa].
+        Young's modulus E [Pa]; with a relaxation, the modulus at once.
     poisson_ratio : Value
         Poisson's ratio ν [1].
     strength : Value or None
-        Ultimate tensile strength [Pa]; None where it must be given to speak of rupture.
+        Ultimate tensile strength [Pa].
+    elongation_at_break : Value or None
+        Strain at which a straight specimen breaks [1]; without it and a strength there is no rupture.
     density : Value or None
         Mass density [kg/m³].
+    relaxation : tuple of RelaxationTerm
+        Prony series E(t) = E [1 - Σ g (1 - exp(-t/τ))]; empty where none is known.
     note : str
         What a user should know before trusting the numbers.
 
     Raises
     ------
     SpecificationError
-        For a modulus, strength or density not above zero, or a ratio outside (-1, 0.5].
+        For a modulus, strength, elongation, density or relaxation time not above zero, a ratio outside (-1, 0.5],
+        or shares that leave no stiffness.
     """
 
     name: str
     young_modulus: Value
     poisson_ratio: Value
     strength: Value | None = None
+    elongation_at_break: Value | None = None
     density: Value | None = None
+    relaxation: tuple[RelaxationTerm, ...] = ()
     note: str = ""
 
     def __post_init__(self) -> None:
         """Refuse numbers that no elastic solid can have."""
-        above_zero = {"young_modulus": self.young_modulus, "strength": self.strength, "density": self.density}
+        above_zero = {
+            "young_modulus": self.young_modulus,
+            "strength": self.strength,
+            "elongation_at_break": self.elongation_at_break,
+            "density": self.density,
+        }
+        for number, term in enumerate(self.relaxation):
+            above_zero[f"relaxation[{number}].share"] = term.share
+            above_zero[f"relaxation[{number}].time"] = term.time
         for field, entry in above_zero.items():
             if entry is not None and not 0.0 < entry.value < float("inf"):
-                raise SpecificationError(f"material.{field}", entry.value, f"a number above 0 {entry.unit}")
+                unit = "" if entry.unit == "1" else f" {entry.unit}"
+                raise SpecificationError(f"material.{field}", entry.value, f"a number above 0{unit}")
+        lost = sum(term.share.value for term in self.relaxation)
+        if not lost < 1.0:
+            raise SpecificationError("material.relaxation", lost, "shares of less than 1 in all")
         if not -1.0 < self.poisson_ratio.value <= 0.5:
             raise SpecificationError("material.poisson_ratio", self.poisson_ratio.value, "above -1, at most 0.5")
 
@@ -89,9 +124,26 @@ class Material:
         """Return G = E / 2(1 + ν) [Pa]."""
         return self.young_modulus.value / (2.0 * (1.0 + self.poisson_ratio.value))
 
+    @property
+    def breaking_strain(self) -> Value | None:
+        """Return the fibre strain at which it breaks [1], None where nothing is known of it.
+
+        The elongation at break is such a strain itself and comes first. Without it the strength over Young's
+        modulus stands in, the strain at which a brittle solid that stays linear to its end carries its strength.
+        """
+        if self.elongation_at_break is not None or self.strength is None:
+            return self.elongation_at_break
+        return Value(
+            value=self.strength.value / self.young_modulus.value,
+            unit="1",
+            source=f"strength over Young's modulus, as of a brittle linear solid; strength: {self.strength.source}",
+            assumed=self.strength.assumed or self.young_modulus.assumed,
+        )
+
 
 _PAPER: Final = "the paper, main text"
 _ACRYLATE: Final = "usual for glassy acrylate resins; not published for this one"
+_VERO: Final = "40-55 MPa at 15-20 % elongation, manufacturer's range for Vero in PMC10406103, Table 2"
 
 _TABLE: Final = (
     Material(
@@ -99,20 +151,19 @@ _TABLE: Final = (
         young_modulus=Value(value=0.82e9, unit="Pa", source=_PAPER),
         poisson_ratio=Value(value=0.37, unit="1", source=_ACRYLATE, assumed=True),
         strength=Value(value=29e6, unit="Pa", source="low end of 29-38 MPa, quoted but unverified", assumed=True),
-        note="Material-jetted digital material. Its creep is left out.",
+        note="Material-jetted digital material. It creeps, but no relaxation is published for it.",
     ),
     Material(
         name="VeroUltraWhite",
         young_modulus=Value(value=2.0e9, unit="Pa", source=_PAPER),
         poisson_ratio=Value(value=0.37, unit="1", source=_ACRYLATE, assumed=True),
-        strength=Value(
-            value=40e6,
-            unit="Pa",
-            source="low end of 40-55 MPa at 15-20 % elongation, manufacturer's range for Vero in PMC10406103, Table 2",
-            assumed=True,
-        ),
+        strength=Value(value=40e6, unit="Pa", source=f"low end of {_VERO}", assumed=True),
+        elongation_at_break=Value(value=0.15, unit="1", source=f"low end of {_VERO}", assumed=True),
         density=Value(value=1180.0, unit="kg/m**3", source="approximate, for the cured resin", assumed=True),
-        note="Material-jetted. Its creep is left out.",
+        note=(
+            "Material-jetted. It yields near 2 % long before it breaks: an elastic fibre carries too much beyond. "
+            "It creeps, but no relaxation is published for it."
+        ),
     ),
     Material(
         name="IP-Dip",
@@ -124,6 +175,9 @@ _TABLE: Final = (
         name="cotton-2-ply",
         young_modulus=Value(value=0.85e9, unit="Pa", source="middle of 0.6-1.1 GPa along the yarn", assumed=True),
         poisson_ratio=Value(value=0.3, unit="1", source="a round number: twisted yarn is not isotropic", assumed=True),
+        elongation_at_break=Value(
+            value=0.10, unit="1", source="upper end: machine-knitted cotton breaks below 10 %", assumed=True
+        ),
         note="Machine-knitted, straight at rest; breaks below 10 % elongation.",
     ),
 )
@@ -137,15 +191,17 @@ DEFAULT_FRICTION: Final = Value(
 """Coulomb coefficient of yarn on yarn, where a specimen does not give one."""
 
 
-def material_named(name: str, field: str = "specimen.material") -> Material:
+def material_named(name: str, field: str = "specimen.material", known: Mapping[str, Material] = MATERIALS) -> Material:
     """Return the material of a name.
 
     Parameters
     ----------
     name : str
-        One of the keys of `MATERIALS`.
+        One of the keys of `known`.
     field : str
         Field to blame for an unknown name.
+    known : Mapping
+        The materials to choose from: the catalogue, or the catalogue and a user's own.
 
     Raises
     ------
@@ -157,9 +213,9 @@ def material_named(name: str, field: str = "specimen.material") -> Material:
     >>> print(material_named("RGD8530-DM").young_modulus)
     8.2e+08 Pa
     """
-    if name in MATERIALS:
-        return MATERIALS[name]
-    lower = {known.lower(): known for known in MATERIALS}
+    if name in known:
+        return known[name]
+    lower = {other.lower(): other for other in known}
     near = difflib.get_close_matches(name.lower(), lower, n=1, cutoff=0.4)
     hint = f" (did you mean {lower[near[0]]}?)" if near else ""
-    raise SpecificationError(field, name, f"one of {', '.join(MATERIALS)}{hint}")
+    raise SpecificationError(field, name, f"one of {', '.join(known)}{hint}")

@@ -16,8 +16,8 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.protocol import Axis
     from rigs.record import FloatArray, IntArray, Phase, SpecimenSize
+    from rigs.steps import Axis
 
 #: Strains at which a cycle's stress is quoted.
 LEVELS = (0.2, 0.3, 0.4)
@@ -41,35 +41,29 @@ def effective_strain(travel: FloatArray, gauge: float) -> FloatArray:
     return travel / gauge
 
 
-def effective_stress(force: FloatArray, width: float, thickness: float = 1e-3) -> FloatArray:
-    """Return σ = F / (b₀ t).
+def effective_stress(force: FloatArray, section: float) -> FloatArray:
+    """Return σ = F / A₀.
 
     Parameters
     ----------
     force : FloatArray, shape (n,)
         Force F of the axis [N].
-    width : float
-        Initial width b₀ across the axis [m].
-    thickness : float
-        Thickness t by convention [m]; the paper takes 1 mm.
+    section : float
+        Initial cross-section A₀ [m²]: of a planar knit its width by a thickness of 1 mm, as the paper has it.
 
     Returns
     -------
     FloatArray, shape (n,)
         Effective stress [Pa].
     """
-    return force / (width * thickness)
+    return force / section
 
 
 def stress_strain(
     travel: FloatArray, force: FloatArray, axis: Axis, size: SpecimenSize
 ) -> tuple[FloatArray, FloatArray]:
-    """Return strain [1] and stress [Pa] of an axis; the other axis' gauge length is its width."""
-    along, across = (size.gauge_C, size.gauge_W) if axis == "C" else (size.gauge_W, size.gauge_C)
-    return (
-        effective_strain(travel, along),
-        effective_stress(force, across, size.thickness),
-    )
+    """Return strain [1] and stress [Pa] of an axis."""
+    return effective_strain(travel, size.extents[axis]), effective_stress(force, size.section(axis))
 
 
 def branch(phase: Sequence[Phase], cycle: IntArray, number: int, which: Sequence[Phase]) -> IntArray:
@@ -185,7 +179,7 @@ class CycleFigures:
     Attributes
     ----------
     axis : Axis
-        Course or wale.
+        Course, wale or pile.
     cycle : int
         Counter of the set, from 1.
     stress : dict of float to float
@@ -218,7 +212,7 @@ def cycle_figures(
     Parameters
     ----------
     axis : Axis
-        Course or wale.
+        Course, wale or pile.
     strain, stress : FloatArray, shape (n,)
         The whole test on this axis [1], [Pa].
     phase : sequence of Phase, length n

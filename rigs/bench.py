@@ -1,4 +1,4 @@
-"""Stand a mounted specimen on the stage and move it: where it is now, and the row that says so."""
+"""Stand a mounted specimen on its rig and move it: where it is now, and the row that says so."""
 
 from __future__ import annotations
 
@@ -7,20 +7,19 @@ from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
 from knitlab_core.equilibrium.march import march
-from rigs.biaxial import axial_strain, pose, read
 from rigs.instruments import overloaded
-from rigs.protocol import AXES
 from rigs.record import Equilibrium, Frame, Outcome
+from rigs.rig import axial_strain, pose, read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options, Report
-    from rigs.biaxial import BiaxialStage
     from rigs.motion import Stroke
-    from rigs.protocol import Axis
     from rigs.record import Phase
+    from rigs.rig import Rig
+    from rigs.steps import Axis
 
 Displacement: TypeAlias = "Mapping[Axis, float]"
 
@@ -58,43 +57,46 @@ class Bench:
 
     Attributes
     ----------
-    stage : BiaxialStage
-        The stage with the specimen on it.
+    rig : Rig
+        The rig with the specimen on it.
     state : State
         The specimen's state now.
     options : Options or None
         How hard the solver tries.
     displacement : Mapping
-        Where the axes stand [m].
+        Where the axes stand [m]: at first, where they were when the specimen was mounted.
     time : float
-        Time on the stage's clock [s].
+        Time on the rig's clock [s].
     last : Equilibrium or None
         The last row.
     """
 
-    stage: BiaxialStage
+    rig: Rig
     state: State
     options: Options | None = None
-    displacement: Displacement = field(default_factory=lambda: dict.fromkeys(AXES, 0.0))
+    displacement: Displacement = field(init=False)
     time: float = 0.0
     last: Equilibrium | None = None
 
+    def __post_init__(self) -> None:
+        self.displacement = dict.fromkeys(self.rig.grips, 0.0)
+
     def strain(self, start: Displacement, end: Displacement) -> float:
         """Return the strain of a way: that of the axis that strains most [1]."""
-        return max(abs(end[axis] - start[axis]) / length for axis, length in self.stage.gauges.items())
+        return max(abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items())
 
     def march_to(self, goal: Displacement, *, longest: float) -> Iterator[Step]:
         """Yield the equilibria on the straight way from here to `goal`; the caller's own time is not counted."""
-        stage, start = self.stage, self.displacement
+        rig, start = self.rig, self.displacement
         path = march(
-            stage.work,
+            rig.work,
             self.state,
-            lambda share: pose(stage, between(start, goal, share)),
+            lambda share: pose(rig, between(start, goal, share)),
             longest=longest,
             options=self.options,
         )
         while True:
-            began, made = perf_counter(), stage.work.factorisations
+            began, made = perf_counter(), rig.work.factorisations
             found = next(path, None)
             if found is None:
                 return
@@ -105,7 +107,7 @@ class Bench:
                 state=state,
                 report=report,
                 iterations=report.iterations,
-                factorisations=stage.work.factorisations - made,
+                factorisations=rig.work.factorisations - made,
                 seconds=perf_counter() - began,
             )
 
@@ -122,15 +124,13 @@ class Bench:
     def accept(self, step: Step, phase: Phase, cycle: int, tag: str | None) -> Equilibrium:
         """Go where a step went, and return its row."""
         self.state, self.displacement = step.state, step.displacement
-        unit = self.stage.work.model.scales.energy
-        reading = read(self.stage, step.state)
+        unit = self.rig.work.model.scales.energy
+        reading = read(self.rig, step.state)
         stretch, bend, twist, contact = (unit * float(part) for part in step.state.energies)
         self.last = Equilibrium(
             time=self.time,
-            displacement_C=step.displacement["C"],
-            displacement_W=step.displacement["W"],
-            force_C=reading.force["C"],
-            force_W=reading.force["W"],
+            displacement=step.displacement,
+            force=reading.force,
             lateral_force=reading.lateral,
             elastic_stretch=stretch,
             elastic_bend=bend,
@@ -168,28 +168,29 @@ class Bench:
 
     def frame(self) -> Frame:
         """Return the shape of the knit as it is now."""
-        strain = {axis: self.displacement[axis] / length for axis, length in self.stage.gauges.items()}
         return Frame(
             time=self.time,
-            nodes=self.state.q[:, :3] * self.stage.work.model.scales.length,
-            axial_strain=axial_strain(self.stage, self.state),
-            strain_C=strain["C"],
-            strain_W=strain["W"],
+            nodes=self.state.q[:, :3] * self.rig.work.model.scales.length,
+            axial_strain=axial_strain(self.rig, self.state),
+            strain={axis: self.displacement[axis] / length for axis, length in self.rig.gauges.items()},
             cycle=1 if self.last is None else self.last.cycle,
             phase="Zero" if self.last is None else self.last.phase,
         )
 
     def overload(self) -> Outcome | None:
-        """Return the outcome if the last row is more than an instrument of the stage can take."""
-        channel = None if self.last is None else overloaded(self.stage.instrument, self.last)
-        if channel is None:
+        """Return the outcome if the last row is more than an instrument of the rig can take."""
+        if self.last is None:
             return None
-        limit = f"{channel.limit:g} {channel.unit}"
-        return Outcome(end="limit", message=f"{channel.name} passed its limit of {limit} at {self.whereabouts()}")
+        for instrument in self.rig.instruments:
+            channel = overloaded(instrument, self.last)
+            if channel is not None:
+                passed = f"{channel.name} passed its limit of {channel.limit:g} {channel.unit}"
+                return Outcome(end="limit", message=f"{passed} at {self.whereabouts()}")
+        return None
 
     def whereabouts(self) -> str:
         """Say where the axes stand, as strains."""
-        strains = ((axis, self.displacement[axis] / length) for axis, length in self.stage.gauges.items())
+        strains = ((axis, self.displacement[axis] / length) for axis, length in self.rig.gauges.items())
         return "strain " + ", ".join(f"{axis} {strain:.1%}" for axis, strain in strains)
 
 
@@ -197,4 +198,4 @@ def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, 
     """Return the displacements at a share of a straight way; exact at both ends, and where an axis stands still."""
     if share == 1.0:
         return dict(end)
-    return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in AXES}
+    return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}

@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from knitlab_core.equilibrium.march import Failure
 from knitlab_core.errors import ConvergenceError
 from rigs.bench import Bench, between
-from rigs.biaxial import place_of
 from rigs.instruments import Zeroing
 from rigs.motion import strokes
 from rigs.preload import preload
 from rigs.record import Equilibrium, Frame, Outcome
+from rigs.rig import place_of
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
-    from rigs.biaxial import BiaxialStage
     from rigs.motion import Stroke
-    from rigs.protocol import Axis, Protocol
+    from rigs.protocol import Protocol
+    from rigs.rig import Rig
+    from rigs.steps import Axis
 
 Event: TypeAlias = Equilibrium | Frame | Zeroing | Outcome
 
@@ -33,15 +34,13 @@ FRAME_MARK: Final = 0.2
 """A frame is kept wherever an axis passes a whole multiple of this strain, and where a stroke ends."""
 
 
-def perform(
-    stage: BiaxialStage, state: State, protocol: Protocol, *, options: Options | None = None
-) -> Iterator[Event]:
+def perform(rig: Rig, state: State, protocol: Protocol, *, options: Options | None = None) -> Iterator[Event]:
     """Carry out a protocol on a mounted specimen.
 
     Parameters
     ----------
-    stage : BiaxialStage
-        The stage with the specimen on it.
+    rig : Rig
+        The rig with the specimen on it.
     state : State
         The specimen as mounted.
     protocol : Protocol
@@ -55,7 +54,7 @@ def perform(
         Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A limit
         that trips and an equilibrium that is not found are outcomes: what was yielded before stands.
     """
-    bench = Bench(stage=stage, state=state, options=options)
+    bench = Bench(rig=rig, state=state, options=options)
     try:
         outcome = yield from _carry_out(bench, protocol)
     except ConvergenceError as error:
@@ -70,7 +69,7 @@ def _carry_out(bench: Bench, protocol: Protocol) -> Generator[Event, None, Outco
     (mounted,) = bench.march_to(bench.displacement, longest=1.0)
     yield bench.accept(mounted, "Zero", 1, None)
     yield bench.frame()
-    plan = strokes(protocol, bench.stage.gauges)
+    plan = strokes(protocol, bench.rig.gauges)
     stroke = next(plan, None)
     while stroke is not None:
         ended = yield from _do(bench, stroke, protocol.max_strain_increment)
@@ -107,7 +106,7 @@ def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None
 def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
     """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
     begun = bench.time
-    for low, high in pairwise([0.0, *_marks(stroke, bench.stage.gauges), 1.0]):
+    for low, high in pairwise([0.0, *_marks(stroke, bench.rig.gauges), 1.0]):
         goal = between(stroke.start, stroke.end, high)
         way = bench.strain(bench.displacement, goal)
         for step in bench.march_to(goal, longest=min(1.0, increment / way)):
@@ -144,5 +143,5 @@ def _account(bench: Bench, error: ConvergenceError) -> str:
     return (
         f"no equilibrium beyond {bench.whereabouts()}: after {report.iterations} iterations at the shortest step "
         f"{report.residual:.1e} of the mean fixture force is left at node {report.node} "
-        f"(x {x:.2f}, y {y:.2f}, z {z:.2f} mm), {place_of(bench.stage, report.node)} of the yarn"
+        f"(x {x:.2f}, y {y:.2f}, z {z:.2f} mm), {place_of(bench.rig, report.node)} of the yarn"
     )

@@ -18,16 +18,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from knitlab_core.knits import SiteSet, Specimen
-    from rigs.protocol import Axis
+    from rigs.catalogue import Drive, Held
     from rigs.record import FloatArray, IntArray
+    from rigs.steps import Axis
 
 Side = Literal[-1, 1]
 
-SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {"C": ("course-", "course+"), "W": ("wale-", "wale+")}
+SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
+    "C": ("course-", "course+"),
+    "W": ("wale-", "wale+"),
+    "P": ("pile-", "pile+"),
+}
 """Boundary sites on either side of the centre, along each axis."""
 
-COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1}
-"""Coordinate that an axis drives: the course is x, the wale y."""
+COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1, "P": 2}
+"""Coordinate that an axis drives: the course is x, the wale y, the pile z."""
 
 _SIDES: Final[tuple[Side, Side]] = (-1, 1)
 
@@ -46,34 +51,66 @@ class Grip:
         Nodes that it holds.
     held : tuple of bool
         Which of x, y, z and the edge's angle it prescribes at these nodes.
+    pole : int
+        Coordinate along which the nodes slide.
+    anchored : IntArray, shape (m,)
+        Those of the nodes that it holds along the pole too.
+    travel : float
+        Share of its axis' travel that it makes, outwards [1].
+    cell : float
+        Share of its pull in what the load cell of its axis shows [1].
     """
 
     axis: Axis
     side: Side
     nodes: IntArray
-    held: tuple[bool, bool, bool, bool]
+    held: Held
+    pole: int
+    anchored: IntArray
+    travel: float
+    cell: float
 
 
-def sliding_pins(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
-    """Hang both edges of an axis on pins: held across their pole and out of plane, free along it.
+def sliding_pins(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
+    """Hang both edges of an axis on pins that slide along their poles.
 
     Returns
     -------
     tuple of two Grip
         On the negative and on the positive side of the centre.
     """
-    held = (axis == "C", axis == "W", True, False)
+    pole = COORDINATE[drive.pole]
+    edges = [specimen.sites[name] for name in SITES[axis]]
+    middle = _middle(specimen, edges[0])
+    nobody = np.empty(0, dtype=np.int64)
     negative, positive = (
-        Grip(axis=axis, side=side, nodes=specimen.sites[sites], held=held)
-        for side, sites in zip(_SIDES, SITES[axis], strict=True)
+        Grip(
+            axis=axis,
+            side=side,
+            nodes=nodes,
+            held=drive.held,
+            pole=pole,
+            anchored=middle if drive.anchored and side < 0 else nobody,
+            travel=drive.travel[number],
+            cell=drive.cell[number],
+        )
+        for number, (side, nodes) in enumerate(zip(_SIDES, edges, strict=True))
     )
     return negative, positive
+
+
+def _middle(specimen: Specimen, nodes: IntArray) -> IntArray:
+    """Return the one of some nodes that is nearest to their mean, (1,)."""
+    at = specimen.nodes[nodes]
+    nearest = np.argmin(np.linalg.norm(at - at.mean(axis=0), axis=1))
+    return nodes[nearest : nearest + 1]
 
 
 def prescribe(grips: tuple[Grip, ...], fixed: NDArray[np.bool_]) -> None:
     """Mark what the grips hold among the prescribed unknowns, shape (N, 4), in place."""
     for grip in grips:
         fixed[np.ix_(grip.nodes, np.flatnonzero(grip.held))] = True
+        fixed[grip.anchored, grip.pole] = True
 
 
 def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, float]) -> FloatArray:
@@ -86,7 +123,7 @@ def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, fl
     mounted : FloatArray, shape (N, 4)
         The unknowns when the specimen was mounted [r], [rad].
     travel : Mapping
-        Change of the hook-to-hook length of each axis [r]; the two carriages of a pair share it equally.
+        Change of the hook-to-hook length of each axis [r]; the two carriages of a pair share it.
 
     Returns
     -------
@@ -95,7 +132,7 @@ def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, fl
     """
     target = mounted.copy()
     for grip in grips:
-        target[grip.nodes, COORDINATE[grip.axis]] += 0.5 * grip.side * travel[grip.axis]
+        target[grip.nodes, COORDINATE[grip.axis]] += grip.travel * grip.side * travel[grip.axis]
     return target
 
 
@@ -122,5 +159,4 @@ def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
     reaction : FloatArray, shape (N, 4)
         Force of the fixtures on the yarn [E r^2].
     """
-    along_pole = 1 - COORDINATE[grip.axis]
-    return float(np.abs(reaction[grip.nodes, along_pole]).max())
+    return float(np.abs(reaction[grip.nodes, grip.pole]).max())

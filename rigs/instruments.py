@@ -8,7 +8,7 @@ The chain of one channel is made of the functions of `rigs.signals`::
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from rigs.signals import add_noise, interpolate, quantise, sample_times, saturat
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.protocol import Channel as Kind
     from rigs.record import Equilibrium, FloatArray, IntArray, Phase, Trace
+    from rigs.steps import Channel as Kind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Channel:
     name : str
         Name in the log, ``XForce``; it also keys the channel's stream of noise.
     reads : str
-        Number of `Equilibrium` that the sensor feels, ``force_C``.
+        Column of the equilibria that the sensor feels, ``force_C``.
     kind : Kind
         What ``zero`` calls it in a protocol.
     unit : str
@@ -59,12 +59,15 @@ class Instrument:
 
     Attributes
     ----------
+    name : str
+        Name of the machine that it is part of.
     channels : tuple of Channel
         The channels, in the order of the log.
     rate : float
         Samples per second of the clock [Hz].
     """
 
+    name: str
     channels: tuple[Channel, ...]
     rate: float
 
@@ -87,10 +90,12 @@ class Zeroing:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Samples:
-    """Hold what the instrument logged, and what it would have logged without flaw.
+    """Hold what an instrument logged, and what it would have logged without flaw.
 
     Attributes
     ----------
+    instrument : str
+        Name of the instrument.
     time : FloatArray, shape (n,)
         Sample times [s].
     measured, clean : dict of str to FloatArray, shape (n,)
@@ -99,6 +104,8 @@ class Samples:
         What zeroing took off ``measured``.
     units : dict of str to str
         The units of both.
+    reads : dict of str to str
+        Column of the equilibria that each channel reads.
     cycle : IntArray, shape (n,)
         Counter of the set at every sample.
     phase : tuple of Phase
@@ -109,11 +116,13 @@ class Samples:
         Names of the channels that were saturated at least once.
     """
 
+    instrument: str
     time: FloatArray
     measured: dict[str, FloatArray]
     clean: dict[str, FloatArray]
     offset: dict[str, FloatArray]
     units: dict[str, str]
+    reads: dict[str, str]
     cycle: IntArray
     phase: tuple[Phase, ...]
     tag: tuple[str | None, ...]
@@ -122,8 +131,9 @@ class Samples:
 
 def overloaded(instrument: Instrument, row: Equilibrium) -> Channel | None:
     """Return the first channel whose sensor feels more than it can show, or None."""
+    felt = row.numbers()
     for channel in instrument.channels:
-        if abs(cast("float", getattr(row, channel.reads))) > channel.limit:
+        if abs(felt[channel.reads]) > channel.limit:
             return channel
     return None
 
@@ -179,11 +189,13 @@ def measure(
     # The row that ends the interval of a sample names its stroke.
     row = np.minimum(np.searchsorted(times, at - 1e-9), len(trace) - 1)
     return Samples(
+        instrument=instrument.name,
         time=at,
         measured=measured,
         clean=clean,
         offset=offset,
         units={channel.name: channel.unit for channel in instrument.channels},
+        reads={channel.name: channel.reads for channel in instrument.channels},
         cycle=trace.columns["cycle"][row].astype(np.int64),
         phase=tuple(trace.phase[i] for i in row),
         tag=tuple(trace.tag[i] for i in row),

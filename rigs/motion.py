@@ -1,4 +1,4 @@
-"""Turn the steps of a protocol into strokes: what each axis of the stage does, and for how long.
+"""Turn the steps of a protocol into strokes: what each driven axis does, and for how long.
 
 A displacement is the change of the hook-to-hook length of an axis since the specimen was mounted [m].
 """
@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from knitlab_core.errors import SpecificationError
-from rigs.protocol import AXES, Axis, Channel, Cycle, Hold, Preload, Protocol, Ramp, Repeat, Step, Target, Zero
+from rigs.catalogue import CATALOGUE
+from rigs.protocol import Axis, Channel, Cycle, Hold, Preload, Protocol, Ramp, Repeat, Step, Target, Zero
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping
 
-    from knitlab_core.knits import SiteSet, Specimen
-    from rigs.record import FloatArray, Phase
+    from rigs.record import Phase
 
 Move: TypeAlias = Zero | Preload | Ramp | Hold
 
@@ -27,7 +27,7 @@ MAX_ROWS = 10_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stroke:
-    """Describe one straight move of the stage.
+    """Describe one straight move of the axes.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def strokes(
     Stroke
         The next move. Send the displacements [m] really reached, or nothing when its end was.
     """
-    here: dict[Axis, float] = dict.fromkeys(AXES, 0.0)
+    here: dict[Axis, float] = dict.fromkeys(protocol.axes, 0.0)
     origin = dict(here)
     cycle, recovered = 1, False
     for move in moves(protocol.steps):
@@ -117,22 +117,6 @@ def moves(steps: Iterable[Step]) -> Iterator[Move]:
                         yield Ramp(axes=step.axes, to=target, rate=step.rate, tag=step.tag)
             case _:
                 yield step
-
-
-def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
-    """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
-
-    A site is a place on the printed yarn. The node that stands for it lies beside the yarn, the further the coarser
-    the mesh.
-    """
-    at: dict[SiteSet, FloatArray] = {}
-    for name, nodes in specimen.sites.items():
-        places = specimen.centreline.position(specimen.arc_lengths[nodes] / specimen.loop_width)
-        at[name] = specimen.loop_width * places.mean(axis=0)
-    return {
-        "C": float(at["course+"][0] - at["course-"][0]),
-        "W": float(at["wale+"][1] - at["wale-"][1]),
-    }
 
 
 def planned_strokes(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> list[Stroke]:
@@ -197,12 +181,18 @@ def _destination(
 
 def _still(here: Mapping[Axis, float], end: Mapping[Axis, float], gauge_lengths: Mapping[Axis, float]) -> bool:
     """Tell whether no axis has a way to go, rounding apart."""
-    return all(abs(end[axis] - here[axis]) <= 1e-12 * gauge_lengths[axis] for axis in AXES)
+    return all(abs(end[axis] - here[axis]) <= 1e-12 * gauge_lengths[axis] for axis in end)
+
+
+def _farthest(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Axis:
+    """Return the axis that goes farthest."""
+    return max(end, key=lambda axis: abs(end[axis] - here[axis]))
 
 
 def _longest_way(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> float:
     """Return the signed way of the axis that goes farthest [m]."""
-    return max((end[axis] - here[axis] for axis in AXES), key=abs)
+    axis = _farthest(here, end)
+    return end[axis] - here[axis]
 
 
 def _phase(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Phase:
@@ -226,6 +216,7 @@ def _duration(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float],
         case Hold():
             return move.duration
         case Preload() | Ramp():
-            # Two grips move apart, so a pair's length changes twice as fast as one grip moves.
-            pair_rate = move.rate * (1.0 if protocol.speed_ref == "pair" else 2.0)
+            # Where two grips move apart, a pair's length changes twice as fast as one of them moves.
+            drive = CATALOGUE[protocol.rig].drives[_farthest(here, end)]
+            pair_rate = move.rate * (1 if protocol.speed_ref == "pair" else drive.moving)
             return abs(_longest_way(here, end)) / pair_rate

@@ -6,10 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from rigs.bench import between
-from rigs.biaxial import read
 from rigs.motion import PRELOAD_REACH
-from rigs.protocol import AXES
 from rigs.record import Outcome
+from rigs.rig import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -56,23 +55,23 @@ def preload(
     """
     begun, share = bench.time, 0.0
     pace = increment / bench.strain(stroke.start, stroke.end)
-    stopped = {axis: stroke.start[axis] for axis in AXES if stroke.start[axis] == stroke.end[axis]}
+    stopped = {axis: stroke.start[axis] for axis in stroke.end if stroke.start[axis] == stroke.end[axis]}
 
     def where(share: float) -> Displacement:
         return {**between(stroke.start, stroke.end, share), **stopped}
 
     def excess(state: State) -> float:
-        felt = read(bench.stage, state).force
-        return max(felt[axis] / force - 1.0 for axis in AXES if axis not in stopped)
+        felt = read(bench.rig, state).force
+        return max(felt[axis] / force - 1.0 for axis in stroke.end if axis not in stopped)
 
     while True:
-        felt = read(bench.stage, bench.state).force
-        met = (axis for axis in AXES if felt[axis] >= (1.0 - TOLERANCE) * force)
+        felt = read(bench.rig, bench.state).force
+        met = (axis for axis in stroke.end if felt[axis] >= (1.0 - TOLERANCE) * force)
         stopped = {**{axis: bench.displacement[axis] for axis in met}, **stopped}
-        if len(stopped) == len(AXES):
+        if len(stopped) == len(stroke.end):
             return None
         if share >= 1.0:
-            short = ", ".join(f"axis {axis} carries {felt[axis]:.3g} N" for axis in AXES if axis not in stopped)
+            short = ", ".join(f"axis {axis} carries {felt[axis]:.3g} N" for axis in stroke.end if axis not in stopped)
             reach = f"preload of {force:g} N not met within a strain of {PRELOAD_REACH:g}"
             return Outcome(end="limit", message=f"{reach}: {short}")
         step, share = _approach(bench, where, excess, (share, min(1.0, share + pace)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rigs.biaxial_data import Datum  # noqa: TC001 (what reads the file asks for the types of the fields)
+from rigs.machine import Datum  # noqa: TC001 (what reads the file asks for the types of the fields)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

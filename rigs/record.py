@@ -1,19 +1,22 @@
 """Say what a run leaves behind: equilibria, frames and how it ended."""
 
-# C and W are the names of the axes.
-# ruff: noqa: N815
-
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from itertools import pairwise
+from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from rigs.steps import AXES
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from rigs.steps import Axis
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -32,19 +35,22 @@ class SpecimenSize:
 
     Attributes
     ----------
-    gauge_C, gauge_W : float
-        Initial hook-to-hook distance along the course and the wale [m]. The one is the width
-        that carries the force of the other.
+    extents : Mapping
+        Initial hook-to-hook distance along each axis [m]. A planar knit's along the pile is its thickness by
+        convention: the paper assumes a membrane of unit thickness, 1 mm.
     fibre_radius : float
         Radius of the yarn's tube [m].
-    thickness : float
-        Thickness by convention [m]: the paper assumes a membrane of unit thickness, 1 mm.
+    convention : {'unit', 'specimen'}
+        Whether the thickness is agreed or the specimen's own.
     """
 
-    gauge_C: float
-    gauge_W: float
+    extents: Mapping[Axis, float]
     fibre_radius: float
-    thickness: float = 1e-3
+    convention: Literal["unit", "specimen"] = "unit"
+
+    def section(self, axis: Axis) -> float:
+        """Return the initial cross-section that carries the force of an axis [m²]: both extents across it."""
+        return prod(extent for across, extent in self.extents.items() if across != axis)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,10 +61,10 @@ class Equilibrium:
     ----------
     time : float
         Time on the rig's clock [s].
-    displacement_C, displacement_W : float
-        Change of the hook-to-hook distance of the pair [m].
-    force_C, force_W : float
-        Pull of the specimen on one carriage of the pair [N], positive in tension.
+    displacement : Mapping
+        Change of the hook-to-hook distance of each driven axis [m].
+    force : Mapping
+        What the load cell of each driven axis feels [N], positive in tension.
     lateral_force : float
         Largest force of a hook along its pole [N].
     elastic_stretch, elastic_bend, elastic_twist, contact_energy : float
@@ -80,10 +86,8 @@ class Equilibrium:
     """
 
     time: float
-    displacement_C: float
-    displacement_W: float
-    force_C: float
-    force_W: float
+    displacement: Mapping[Axis, float]
+    force: Mapping[Axis, float]
     lateral_force: float
     elastic_stretch: float
     elastic_bend: float
@@ -100,6 +104,17 @@ class Equilibrium:
     phase: Phase
     tag: str | None = None
 
+    def numbers(self) -> dict[str, float]:
+        """Return the numbers under the names of their columns, ``force_C`` for that of the course."""
+        flat: dict[str, float] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, Mapping):
+                flat |= {f"{field.name}_{axis}": part for axis, part in value.items()}
+            elif field.name not in {"phase", "tag"}:
+                flat[field.name] = value
+        return flat
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
@@ -113,8 +128,8 @@ class Frame:
         Node positions [m].
     axial_strain : FloatArray, shape (N - 1,)
         Axial strain of every edge [1].
-    strain_C, strain_W : float
-        Effective strain of the specimen [1].
+    strain : Mapping
+        Effective strain of the specimen along each driven axis [1].
     cycle : int
         Counter of the set, from 1.
     phase : Phase
@@ -124,8 +139,7 @@ class Frame:
     time: float
     nodes: FloatArray
     axial_strain: FloatArray
-    strain_C: float
-    strain_W: float
+    strain: Mapping[Axis, float]
     cycle: int
     phase: Phase
 
@@ -146,27 +160,26 @@ class Outcome:
     message: str = ""
 
 
-#: SI unit of every number of an `Equilibrium`, in its order.
-UNITS: dict[str, str] = {
-    "time": "s",
-    "displacement_C": "m",
-    "displacement_W": "m",
-    "force_C": "N",
-    "force_W": "N",
-    "lateral_force": "N",
-    "elastic_stretch": "J",
-    "elastic_bend": "J",
-    "elastic_twist": "J",
-    "contact_energy": "J",
-    "friction_work": "J",
-    "external_work": "J",
-    "residual": "1",
-    "contacts": "1",
-    "iterations": "1",
-    "factorisations": "1",
-    "seconds": "s",
-    "cycle": "1",
-}
+def units(axes: Sequence[Axis]) -> dict[str, str]:
+    """Return the SI unit of every column of an `Equilibrium` on some axes, in its order."""
+    return {
+        "time": "s",
+        **{f"displacement_{axis}": "m" for axis in axes},
+        **{f"force_{axis}": "N" for axis in axes},
+        "lateral_force": "N",
+        "elastic_stretch": "J",
+        "elastic_bend": "J",
+        "elastic_twist": "J",
+        "contact_energy": "J",
+        "friction_work": "J",
+        "external_work": "J",
+        "residual": "1",
+        "contacts": "1",
+        "iterations": "1",
+        "factorisations": "1",
+        "seconds": "s",
+        "cycle": "1",
+    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -176,7 +189,7 @@ class Trace:
     Attributes
     ----------
     columns : dict of str to FloatArray, shape (n,)
-        The numbers of every row, by the names of `Equilibrium`, in SI units.
+        The numbers of every row, by the names of `Equilibrium.numbers`, in SI units.
     phase : tuple of Phase
         Phase of every row.
     tag : tuple of (str or None)
@@ -190,6 +203,11 @@ class Trace:
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.phase)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Return the axes that were driven."""
+        return tuple(axis for axis in AXES if f"force_{axis}" in self.columns)
 
     def strokes(self) -> IntArray:
         """Count the strokes: rows of like cycle, phase and label that follow each other.
@@ -217,12 +235,10 @@ def trace_of(rows: Sequence[Equilibrium]) -> Trace:
     Trace
         The same numbers, one array a column.
     """
+    numbers = [row.numbers() for row in rows]
+    names = numbers[0] if numbers else units(())
     return Trace(
-        columns={
-            field.name: np.array([getattr(row, field.name) for row in rows], dtype=np.float64)
-            for field in fields(Equilibrium)
-            if field.name in UNITS
-        },
+        columns={name: np.array([one[name] for one in numbers], dtype=np.float64) for name in names},
         phase=tuple(row.phase for row in rows),
         tag=tuple(row.tag for row in rows),
     )

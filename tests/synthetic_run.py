@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.rig_data import read_biaxial_data
+from app.rig_data import read_machine
 from app.run_reader import RunReader
 from app.runs import RunWriter
-from rigs.biaxial_data import stage_instrument
-from rigs.instruments import Zeroing, measure
+from rigs.instruments import Instrument, Zeroing, measure
+from rigs.machine import instrument_of
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
 
 if TYPE_CHECKING:
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.record import FloatArray
+    from rigs.steps import Axis
 
-SIZE = SpecimenSize(gauge_C=45e-3, gauge_W=40e-3, fibre_radius=0.4e-3)
+SIZE = SpecimenSize(extents={"C": 45e-3, "W": 40e-3, "P": 1e-3}, fibre_radius=0.4e-3)
+BOTH: tuple[Axis, ...] = ("C", "W")
 SPEED = 0.2e-3
 STROKES: tuple[tuple[int, Phase, float, float], ...] = (
     (1, "Stretch", 0.0, 0.4),
@@ -39,13 +41,10 @@ def stress(strain: float, cycle: int, phase: Phase, axis: str) -> float:
 
 def row(time: float, strain: float, cycle: int, phase: Phase) -> Equilibrium:
     """Return one equilibrium of the made-up test."""
-    thickness = SIZE.thickness
     return Equilibrium(
         time=time,
-        displacement_C=strain * SIZE.gauge_C,
-        displacement_W=strain * SIZE.gauge_W,
-        force_C=stress(strain, cycle, phase, "C") * SIZE.gauge_W * thickness,
-        force_W=stress(strain, cycle, phase, "W") * SIZE.gauge_C * thickness,
+        displacement={axis: strain * SIZE.extents[axis] for axis in BOTH},
+        force={axis: stress(strain, cycle, phase, axis) * SIZE.section(axis) for axis in BOTH},
         lateral_force=0.0,
         elastic_stretch=1e-5 * strain,
         elastic_bend=1e-4 * strain,
@@ -68,7 +67,7 @@ def rows(steps: int = 20) -> list[Equilibrium]:
     """Return two equibiaxial cycles to 40 %, the axes arriving together."""
     made, time = [row(0.0, 0.0, 1, "Zero")], 0.0
     for cycle, phase, start, end in STROKES:
-        duration = abs(end - start) * SIZE.gauge_C / SPEED
+        duration = abs(end - start) * SIZE.extents["C"] / SPEED
         for k in range(1, steps + 1):
             strain = start + (end - start) * k / steps
             made.append(row(time + duration * k / steps, strain, cycle, phase))
@@ -106,11 +105,15 @@ def frame(time: float, strain: float, cycle: int, phase: Phase) -> Frame:
         time=time,
         nodes=nodes,
         axial_strain=0.02 * (strain / 0.4) ** 3 * wave - 1e-3 * strain,
-        strain_C=strain,
-        strain_W=strain,
+        strain=dict.fromkeys(BOTH, strain),
         cycle=cycle,
         phase=phase,
     )
+
+
+def stage_instrument(rate: float = 10.0) -> Instrument:
+    """Return the instrument of the biaxial stage."""
+    return instrument_of("biaxial-hook", read_machine("biaxial-hook"), BOTH, rate)
 
 
 def make_run(
@@ -118,18 +121,19 @@ def make_run(
 ) -> RunReader:
     """Write the made-up test, or other rows, to a file and open it; all channels were zeroed at a time [s]."""
     made = rows() if made is None else made
-    instrument = stage_instrument(read_biaxial_data())
+    instrument = stage_instrument()
     with RunWriter(
         path,
         protocol="name: synthetic\n",
         size=SIZE,
+        axes=BOTH,
         node_count=len(knit_nodes(0.0)),
-        instrument=instrument,
+        instruments=[instrument],
         provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
     ) as writer:
         for one in made:
             writer.append(one)
-        quarter = 0.4 * SIZE.gauge_C / SPEED
+        quarter = 0.4 * SIZE.extents["C"] / SPEED
         for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
             writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
         if sampled:

@@ -1,5 +1,6 @@
 """Make a knit's surface, check that a printer can make it, and write it for the printer.
 
+printers  what a printer can resolve
 surface   one closed tube along a polyline
 fibres    the tubes of a specimen, as fine as the printer
 gap       how far the surfaces stay from each other

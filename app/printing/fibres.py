@@ -10,6 +10,7 @@ import numpy as np
 
 from app.printing.surface import bend_radii, sides_for, tube_mesh
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.fibres import fibre_strands
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 MOST_TRIANGLES: Final = 5_000_000
 """Some 3.7 GB while they are checked and written, 250 MB as STL."""
 
-_SAMPLES_PER_DIAMETER: Final = 8
+_LOOKS_PER_DIAMETER: Final = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +54,8 @@ def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]
     Parameters
     ----------
     specimen : Specimen
-        Its smooth centreline is taken, not the solver's nodes.
+        Every fibre of its yarn is printed, however the solver sees the yarn, and along the smooth centreline, not
+        the solver's nodes.
     chord_error : float
         How far the mesh may lie off the true tube [m].
 
@@ -68,13 +70,13 @@ def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]
     """
     if not 0.0 < chord_error < math.inf:
         raise SpecificationError("chord_error", f"{chord_error:g} m", "a length above 0 m")
-    curve, unit = specimen.centreline, specimen.loop_width
+    curve, yarn, unit = specimen.centreline, specimen.yarn, specimen.loop_width
 
     def lay(s: FloatArray) -> tuple[FloatArray, ...]:
-        return (curve.position(s),)
+        return fibre_strands(curve, s, yarn)
 
-    arcs = ring_arcs(lay, curve.length, specimen.radius / unit, chord_error / unit)
-    return make_fibres([1e3 * unit * points for points in lay(arcs)], 1e3 * specimen.radius, 1e3 * chord_error)
+    arcs = ring_arcs(lay, curve.length, yarn.fibre_radius, chord_error / unit, twist=yarn.twist)
+    return make_fibres([1e3 * unit * points for points in lay(arcs)], 1e3 * unit * yarn.fibre_radius, 1e3 * chord_error)
 
 
 def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float) -> tuple[Fibre, ...]:
@@ -104,7 +106,12 @@ def make_fibres(strands: Sequence[FloatArray], radius: float, chord_error: float
 
 
 def ring_arcs(
-    lay: Callable[[FloatArray], Sequence[FloatArray]], length: float, radius: float, chord_error: float
+    lay: Callable[[FloatArray], Sequence[FloatArray]],
+    length: float,
+    radius: float,
+    chord_error: float,
+    *,
+    twist: float = 0.0,
 ) -> FloatArray:
     """Return where along a yarn the rings of its tubes must stand, closer together where they bend more.
 
@@ -121,6 +128,8 @@ def ring_arcs(
         Of the yarn.
     radius, chord_error : float
         Radius of the tubes and the error allowed; all lengths in one unit.
+    twist : float
+        Angle by which fibres wind about the yarn per length [rad]: they are looked at four times a radian.
 
     Returns
     -------
@@ -133,8 +142,9 @@ def ring_arcs(
         If a tube would take more than `MOST_TRIANGLES`.
     """
     sides = sides_for(radius, 0.5 * chord_error)
-    _budget(math.ceil(0.5 * length / radius), sides)
-    s = np.linspace(0.0, length, math.ceil(0.5 * _SAMPLES_PER_DIAMETER * length / radius) + 3)
+    looks = length * max(0.5 * _LOOKS_PER_DIAMETER / radius, 4.0 * abs(twist))
+    _budget(math.ceil(looks / _LOOKS_PER_DIAMETER), sides)
+    s = np.linspace(0.0, length, math.ceil(looks) + 3)
     needed = np.max([_rings_between(points, radius, chord_error) for points in lay(s)], axis=0)
     rings = np.concatenate([[0.0], np.cumsum(needed)])
     wanted = math.ceil(rings[-1])

@@ -12,6 +12,7 @@ from app.printing.fibres import specimen_fibres
 from app.printing.files import write_surface
 from app.printing.sheets import window, write_layer, write_sheet
 from app.printing.slices import Slicer, sliced_volume
+from knitlab_core.knits.fibre_clearance import check_fibres
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from app.printing.fibres import Fibre
     from app.printing.files import Format
     from app.schemas import Loaded
+    from knitlab_core.knits import Specimen
     from rigs.printer_data import PrinterData
 
 MOST_AREAS: Final = 400
@@ -126,7 +128,7 @@ def print_knit(
     fibres = specimen_fibres(specimen, error)
     progress(_SURFACE, "checking the surface")
     checks = surface_checks(fibres, 1e3 * error)
-    checks += printer_checks(fibres, printer, 1e3 * specimen.clearance)
+    checks += printer_checks(fibres, printer, 1e3 * _gap(specimen))
     slicer = Slicer(fibres, 1e3 * layer)
     folder.mkdir(parents=True, exist_ok=True)
     name = loaded.protocol.name
@@ -151,6 +153,14 @@ def print_knit(
         layers=slicer.count,
         chord_error=error,
     )
+
+
+def _gap(specimen: Specimen) -> float:
+    """Return the least gap by the centreline, inside the yarn and between yarns, here seen as round [m]."""
+    if specimen.yarn.fibres == 1:
+        return specimen.clearance
+    gaps = check_fibres(specimen.centreline, specimen.yarn, loop_width=specimen.loop_width)
+    return specimen.loop_width * min(gaps.inside, gaps.between)
 
 
 def _surfaces(

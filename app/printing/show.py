@@ -10,7 +10,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from rigs.biaxial_data import Datum
+from rigs.machine import Datum
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -22,11 +22,12 @@ from app.schemas.models import (
     SpecimenModel,
     StepModel,
     StitchModel,
+    VolumetricStitchModel,
     ZeroStep,
 )
 from app.units import write
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Stitch
+from knitlab_core.knits import Stitch, VolumetricStitch
 from knitlab_core.materials import DEFAULT_FRICTION
 from rigs.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Step, Target, Zero
 
@@ -59,6 +60,7 @@ def to_domain(model: ProtocolModel, document: Document, name: str) -> Protocol:
     with _at(document, ()):
         return Protocol(
             rig=model.rig,
+            mount=model.mount,
             hook=model.specimen.hook,
             specimen=specimen,
             speed_ref=model.speed_ref,
@@ -74,15 +76,16 @@ def to_yaml(protocol: Protocol) -> str:
     """Return a protocol as the text of a file that reads back as the same protocol."""
     spec = protocol.specimen
     knit: object = spec.knit
-    if isinstance(spec.knit, Stitch):
+    if isinstance(spec.knit, Stitch | VolumetricStitch):
         knit = {field.name: getattr(spec.knit, field.name) for field in fields(spec.knit)}
     data = {
         "schema": SCHEMA,
         "name": protocol.name,
         "rig": protocol.rig,
+        **({} if protocol.mount is None else {"mount": protocol.mount}),
         "specimen": {
             "knit": knit,
-            "loops": [spec.rows, spec.loops],
+            "loops": [spec.rows, spec.loops, *([spec.layers] if "P" in spec.axes else [])],
             "loop": write(spec.loop_width, "length"),
             "material": spec.material,
             "friction": spec.friction,
@@ -119,29 +122,38 @@ def _at(document: Document, place: Place) -> Iterator[None]:
 
 def _specimen(model: SpecimenModel, document: Document) -> SpecimenSpec:
     """Return the specimen; inline stitch values may be lengths."""
-    knit = _stitch(model.knit, model.loop, document) if isinstance(model.knit, StitchModel) else model.knit
+    knit = model.knit if isinstance(model.knit, str) else _stitch(model.knit, model.loop, document)
+    rows, loops, *layers = model.loops
     with _at(document, ("specimen",)):
-        return SpecimenSpec(
+        spec = SpecimenSpec(
             knit=knit,
-            rows=model.loops[0],
-            loops=model.loops[1],
+            rows=rows,
+            loops=loops,
+            layers=layers[0] if layers else 1,
             loop_width=model.loop,
             material=model.material,
             friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
             nodes_per_loop=model.nodes_per_loop,
             rest_shape=model.rest_shape,
         )
+        if bool(layers) != ("P" in spec.axes):
+            allowed = "[rows, loops in a row, layers]" if not layers else "[rows, loops in a row] of a planar knit"
+            raise SpecificationError("loops", model.loops, allowed)
+    return spec
 
 
-def _stitch(model: StitchModel, loop_width: float, document: Document) -> Stitch:
+def _stitch(
+    model: StitchModel | VolumetricStitchModel, loop_width: float, document: Document
+) -> Stitch | VolumetricStitch:
     """Return a stitch in loop widths."""
-    given = {name: getattr(model, name) for name in StitchModel.model_fields}
+    kind = Stitch if isinstance(model, StitchModel) else VolumetricStitch
+    given = {name: getattr(model, name) for name in type(model).model_fields}
     with _at(document, ("specimen", "knit")):
         if model.curvature.metres:
             raise SpecificationError("curvature", "a length", "a pure number, such as 1.5")
         if loop_width <= 0.0:
             raise SpecificationError("loop", f"{loop_width:g} m", "a length above 0")
-        return Stitch(**{name: one.value / loop_width if one.metres else one.value for name, one in given.items()})
+        return kind(**{name: one.value / loop_width if one.metres else one.value for name, one in given.items()})
 
 
 def _log(model: LogModel, document: Document) -> LogSpec:

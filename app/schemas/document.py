@@ -63,8 +63,8 @@ class Document:
         return self.values.get(place, Spot(line=1, column=1))
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a protocol file.
+def read_text(path: Path, kind: str = "protocol") -> str:
+    """Return the text of a file; `kind` says in errors what it should hold.
 
     Raises
     ------
@@ -77,22 +77,20 @@ def read_text(path: Path) -> str:
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise ProtocolError(str(path), top, "protocol", reason, "a YAML file that can be read") from error
+        raise ProtocolError(str(path), top, kind, reason, "a YAML file that can be read") from error
     if len(content) > MAX_BYTES:
-        raise ProtocolError(str(path), top, "protocol", "more", f"{MAX_BYTES} bytes or fewer")
+        raise ProtocolError(str(path), top, kind, "more", f"{MAX_BYTES} bytes or fewer")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = content[: error.start].decode("utf-8-sig")
         line = before.count("\n") + 1
         spot = Spot(line=line, column=len(before) - (before.rfind("\n") + 1) + 1)
-        raise ProtocolError(
-            str(path), spot, "protocol", f"byte 0x{content[error.start]:02x}", "text in UTF-8"
-        ) from error
+        raise ProtocolError(str(path), spot, kind, f"byte 0x{content[error.start]:02x}", "text in UTF-8") from error
 
 
-def parse_text(text: str, path: str) -> Document:
-    """Return the one document of a YAML text.
+def parse_text(text: str, path: str, kind: str = "protocol") -> Document:
+    """Return the one document of a YAML text; `kind` says in errors what it should hold.
 
     Raises
     ------
@@ -100,23 +98,23 @@ def parse_text(text: str, path: str) -> Document:
         For anything that is not YAML, or beyond the bounds of this module.
     """
     try:
-        return _Reader(text, path).document()
+        return _Reader(text, path, kind).document()
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         spot = Spot(line=1, column=1) if mark is None else Spot.at(mark)
         found = f"text that is not YAML ({error.problem})"
-        raise ProtocolError(path, spot, "protocol", found, "YAML") from error
+        raise ProtocolError(path, spot, kind, found, "YAML") from error
     except (YAMLError, ValueError) as error:
         # What a reader says of a forbidden character runs over several lines; the first has the matter.
         found = f"text that is not YAML ({str(error).partition(chr(10))[0]})"
-        raise ProtocolError(path, Spot(line=1, column=1), "protocol", found, "YAML") from error
+        raise ProtocolError(path, Spot(line=1, column=1), kind, found, "YAML") from error
 
 
 class _Reader:
     """Build data from the events of ruamel's parser, one document at a time."""
 
-    def __init__(self, text: str, path: str) -> None:
-        self.text, self.path = text, path
+    def __init__(self, text: str, path: str, kind: str) -> None:
+        self.text, self.path, self.kind = text, path, kind
         self.keys: dict[Place, Spot] = {}
         self.values: dict[Place, Spot] = {}
         self.anchors: dict[str, tuple[Data, int]] = {}
@@ -139,7 +137,7 @@ class _Reader:
 
     def refuse(self, event: Event, place: Place, found: str, expected: str) -> ProtocolError:
         """Return an error at an event."""
-        return ProtocolError(self.path, Spot.at(event.start_mark), dotted(place) or "protocol", found, expected)
+        return ProtocolError(self.path, Spot.at(event.start_mark), dotted(place) or self.kind, found, expected)
 
     def value(self, event: Any, place: Place) -> Data:  # noqa: ANN401 (events share no typed attributes)
         """Return the value an event begins, and note its spot."""

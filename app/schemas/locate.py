@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
-from app.schemas.models import BRANCH, MODELS, NOT_YET, STEPS
+from app.schemas.models import BRANCH, MODELS, NOT_YET, STEPS, VOLUMETRIC, ProtocolModel, VolumetricStitchModel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
     from app.schemas.document import Document, Place
+    from app.schemas.models import Model
     from knitlab_core.errors import SpecificationError
 
 # Where the file's word for a thing is not the domain's.
-_FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "duration": "for"}
+_FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for"}
 _PART: Final = re.compile(r"[^.\[\]]+")
 
 
@@ -51,7 +52,8 @@ def locate(document: Document, error: SpecificationError, place: Place = ()) -> 
     candidates = [(*root, *tail) for tail in tails for root in roots]
     found = next((candidate for candidate in candidates if candidate in document.values), None)
     # A default has no place of its own; an error of shape is the knit's.
-    field = found or ((*place, *names) if place else ("specimen", "knit"))
+    own = place or names[0] in ProtocolModel.model_fields
+    field = found or ((*place, *names) if own else ("specimen", "knit"))
     wording = error.found if isinstance(error.found, str) else shown(error.found)
     return ProtocolError(document.path, document.spot(field), dotted(field), wording, error.expected)
 
@@ -61,15 +63,18 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     place: Place = tuple(part for part in details["loc"] if not str(part).startswith(BRANCH))
     place = tuple("schema" if part == "schema_id" else part for part in place)
     kind, found = details["type"], details["input"]
+    models: Mapping[str, type[Model]] = MODELS
+    if VOLUMETRIC in details["loc"]:
+        models = {**MODELS, "knit": VolumetricStitchModel}
     path, field = document.path, dotted(place) or "protocol"
     if kind == "extra_forbidden":
-        known = list(_fields(place[:-1]))
+        known = list(_fields(place[:-1], models))
         hint = _not_yet(place[-1]) or nearest(str(place[-1]), known)
         spot = document.spot(place, key=True)
         return ProtocolError(path, spot, field, "an unknown field", f"{', '.join(known)}{hint}")
     spot = document.spot(place)
     if kind == "missing":
-        return ProtocolError(path, spot, field, "nothing", _phrase(place))
+        return ProtocolError(path, spot, field, "nothing", _phrase(place, models))
     if kind.startswith("union_tag"):
         return _unknown_step(document, place, found)
     if kind == "literal_error":
@@ -78,7 +83,7 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
         return ProtocolError(path, spot, field, shown(found), f"{expected}{hint}")
     if kind == "refused":
         return ProtocolError(path, spot, field, shown(found), details["ctx"]["expected"])
-    return ProtocolError(path, spot, field, shown(found), _phrase(place))
+    return ProtocolError(path, spot, field, shown(found), _phrase(place, models))
 
 
 def _unknown_step(document: Document, place: Place, found: object) -> ProtocolError:
@@ -102,22 +107,22 @@ def _not_yet(name: object) -> str:
     return f" ({name} is not available yet)" if isinstance(name, str) and name in NOT_YET else ""
 
 
-def _fields(place: Place) -> dict[str, str]:
+def _fields(place: Place, models: Mapping[str, type[Model]]) -> dict[str, str]:
     """Return the fields of the mapping at a place, with what each allows."""
     name = str(place[-1]) if place else ""
-    model = MODELS.get(name)
+    model = models.get(name)
     if model is None:
         return {}
     return {field.alias or key: field.description or "a value" for key, field in model.model_fields.items()}
 
 
-def _phrase(place: Place) -> str:
+def _phrase(place: Place, models: Mapping[str, type[Model]]) -> str:
     """Return what is allowed at a place."""
     if not place:
-        return "a mapping of fields: " + ", ".join(_fields(()))
+        return "a mapping of fields: " + ", ".join(_fields((), models))
     last = place[-1]
     if isinstance(last, int):
         return {"steps": "a step", "loops": "a whole number"}.get(str(place[-2]), "a name")
     if last in STEPS:
-        return "a mapping of fields: " + ", ".join(_fields(place))
-    return _fields(place[:-1]).get(last, "a number or a text" if place[0] == "params" else "a value")
+        return "a mapping of fields: " + ", ".join(_fields(place, models))
+    return _fields(place[:-1], models).get(last, "a number or a text" if place[0] == "params" else "a value")

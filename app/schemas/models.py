@@ -11,14 +11,15 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_val
 
 from app.schemas.values import Force, Frequency, Length, Speed, StitchValue, Strain, Switch, Time, refuse
 from app.units import allowed
-from rigs.protocol import Axis, Channel
+from rigs.catalogue import RigName, Sides
+from rigs.steps import Axis, Channel
 
 SCHEMA: Final = "knitlab/protocol@1"
 
 # In the design of the protocol language, but not yet honoured by a rig.
 NOT_YET: Final = frozenset(
-    {"sweep", "control", "until", "force", "until_rupture", "image", "free", "follow", "wire", "P", "straight"}
-    | {"instron", "triaxial", "microgripper"}
+    {"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire", "straight"}
+    | {"triaxial", "microgripper"}
 )
 # Marks the branches of a union in pydantic's locations, so that they can be told from fields.
 BRANCH: Final = "|"
@@ -48,19 +49,43 @@ class StitchModel(Model):
     fibre_radius: StitchValue = _STITCH
 
 
+class VolumetricStitchModel(Model):
+    """Give the values of a volumetric stitch."""
+
+    curvature: StitchValue = Field(description="a pure number, such as 1.5")
+    wale_height: StitchValue = _STITCH
+    pile_height: StitchValue = _STITCH
+    depth: StitchValue = _STITCH
+    row_spacing: StitchValue = _STITCH
+    layer_spacing: StitchValue = _STITCH
+    fibre_radius: StitchValue = _STITCH
+
+
+VOLUMETRIC: Final = f"{BRANCH}volumetric"
+
+
 def _knit_branch(value: object) -> str:
-    """Tell a mapping of stitch values from a name."""
-    return f"{BRANCH}values" if isinstance(value, dict | StitchModel) else f"{BRANCH}name"
+    """Tell a name, the values of a stitch and those of a volumetric one apart."""
+    if not isinstance(value, dict):
+        return f"{BRANCH}name"
+    only_there = set(VolumetricStitchModel.model_fields) - set(StitchModel.model_fields)
+    return VOLUMETRIC if only_there & set(value) else f"{BRANCH}values"
 
 
 class SpecimenModel(Model):
     """Name the knit on the rig."""
 
     knit: Annotated[
-        Annotated[str, Tag(f"{BRANCH}name")] | Annotated[StitchModel, Tag(f"{BRANCH}values")],
+        Annotated[str, Tag(f"{BRANCH}name")]
+        | Annotated[StitchModel, Tag(f"{BRANCH}values")]
+        | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)],
         Discriminator(_knit_branch),
     ] = Field(description="the name of a knit, such as stockinette-default, or a mapping of stitch values")
-    loops: list[int] = Field(min_length=2, max_length=2, description="[rows, loops in a row], such as [6, 6]")
+    loops: list[int] = Field(
+        min_length=2,
+        max_length=3,
+        description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
+    )
     loop: Length = Field(description=allowed("length"))
     material: str = Field(description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
@@ -199,10 +224,11 @@ class ProtocolModel(Model):
 
     schema_id: Literal["knitlab/protocol@1"] = Field(alias="schema", description=SCHEMA)
     name: str | None = Field(default=None, description="a short text")
-    rig: Literal["biaxial-hook"] = Field(description="biaxial-hook")
+    rig: RigName = Field(description="biaxial-hook or uniaxial-frame")
+    mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(description="pair or grip")
-    others: Literal["hold"] = Field(description="hold")
+    others: Sides = Field(description="hold on biaxial-hook, free on uniaxial-frame")
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     params: dict[str, str | int | float | bool] = Field(
         default={}, description="a mapping of names to values, used as ${name}"

@@ -1,4 +1,4 @@
-"""Describe the single values of a protocol's YAML: quantities, stitch values, switches."""
+"""Describe the single values of a user's YAML: quantities, stitch values, switches."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -56,6 +56,8 @@ Length = Annotated[float, BeforeValidator(partial(_quantity, "length")), _text_s
 Speed = Annotated[float, BeforeValidator(partial(_quantity, "speed")), _text_schema("speed")]
 Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schema("time")]
 Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
+Stress = Annotated[float, BeforeValidator(partial(_quantity, "stress")), _text_schema("stress")]
+Density = Annotated[float, BeforeValidator(partial(_quantity, "density")), _text_schema("density")]
 Frequency = Annotated[float, BeforeValidator(partial(_quantity, "frequency")), _text_schema("frequency")]
 Strain = Annotated[
     float,

@@ -87,7 +87,7 @@ def _scatter_normal(i: int, j: int, s: int, acc: FloatArray, pattern: Pattern, b
 
 
 @inline_kernel
-def _add_square(factor: float, slope: FloatArray, square: FloatArray) -> None:
+def add_square(factor: float, slope: FloatArray, square: FloatArray) -> None:
     """Add factor v v^T of the 24 numbers v in `slope` to the lower blocks of `square` (24, 24)."""
     for n in range(6):
         for r in range(4):
@@ -97,7 +97,8 @@ def _add_square(factor: float, slope: FloatArray, square: FloatArray) -> None:
 
 
 @inline_kernel
-def _scatter_friction(i: int, j: int, s: int, square: FloatArray, pattern: Pattern, blocks: FloatArray) -> None:
+def scatter_square(i: int, j: int, s: int, square: FloatArray, pattern: Pattern, blocks: FloatArray) -> None:
+    """Add the lower blocks of `square` (24, 24) to those of spans i and j, which are pair s of the pattern."""
     for x in range(3):
         for y in range(3):
             b = pattern.across[s, 3 * x + y]
@@ -170,7 +171,7 @@ def contact_hessian(
             slope[:] = 0.0
             add_slip_slope(cross(n, e), 1.0, i, ka, w, placed, anchor, slope, 0)
             add_slip_slope(cross(n, e), -1.0, j, kb, w, placed, anchor, slope, 3)
-            _add_square(factor, flat, square)
+            add_square(factor, flat, square)
             if exact > 0.0:
                 pull = scale(exact * factor, u)
                 add_slip_curvature(pull, i, ka, m, placed, anchor, square, 0)
@@ -179,11 +180,11 @@ def contact_hessian(
                 slope[:] = 0.0
                 add_slip_slope(e, 1.0, i, ka, w, placed, anchor, slope, 0)
                 add_slip_slope(e, -1.0, j, kb, w, placed, anchor, slope, 3)
-                _add_square(factor, flat, square)
+                add_square(factor, flat, square)
         if pressed:
             _scatter_normal(i, j, s, acc, pattern, blocks)
         if rubbed:
-            _scatter_friction(i, j, s, square, pattern, blocks)
+            scatter_square(i, j, s, square, pattern, blocks)
 
 
 @inline_kernel

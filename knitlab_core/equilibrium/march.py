@@ -1,11 +1,13 @@
 """From equilibrium to equilibrium: guess, search, cut the step on failure, grow it again."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.breaking import reach
+from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.workspace import Workspace
@@ -73,9 +75,9 @@ def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
 
 
 def advance(
-    work: Workspace, state: State, target: FloatArray, options: Options | None = None
+    work: Workspace, state: State, target: FloatArray, options: Options | None = None, *, duration: float = 0.0
 ) -> tuple[State | None, Report]:
-    """Find the equilibrium with fixed unknowns at `target`, from the one before.
+    """Find the equilibrium with fixed unknowns at `target`, from the one before; no bond breaks on the way.
 
     Parameters
     ----------
@@ -87,15 +89,24 @@ def advance(
         Where the fixed unknowns shall be; other entries are ignored.
     options : Options, optional
         How hard to try.
+    duration : float
+        Time the step takes [s]; it matters only to rods that relax.
 
     Returns
     -------
     State or None, Report
         The new equilibrium, None where the search failed, and how it went.
     """
+    with relaxing(work, state, duration):
+        found, report = _search(work, state, target, options or Options())
+    return None if found is None else relaxed(work.model, state, found, duration), report
+
+
+def _search(work: Workspace, state: State, target: FloatArray, options: Options) -> tuple[State | None, Report]:
+    """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
-    work.start_step(state.q, state.frames, state.memory)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.hold)
     guess = _guess(work, state, motion)
     room = work.room(state.q, guess, 0.95)
     if room < 1.0:
@@ -107,7 +118,7 @@ def advance(
     frames = state.frames.copy()
     follow(q, model.rods.has_edge, state.frames, frames)
     work.keep_listed(q)
-    q, frames, gradient, report = equilibrate(work, q, frames, options or Options())
+    q, frames, gradient, report = equilibrate(work, q, frames, options)
     if not report.converged:
         return None, report
     memory, slip_work = work.settle()
@@ -115,7 +126,8 @@ def advance(
     increment = q - state.q
     pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
     return (
-        State(
+        replace(
+            state,
             q=q,
             frames=frames.copy(),
             memory=memory,
@@ -125,6 +137,7 @@ def advance(
             energies=work.parts(q, frames),
             external_work=state.external_work + float(pushed),
             friction_work=state.friction_work + slip_work,
+            bonds=state.bonds if work.fused is None else work.fused.state(state.bonds),
         ),
         report,
     )
@@ -137,8 +150,11 @@ def march(
     *,
     longest: float,
     options: Options | None = None,
+    duration: float = 0.0,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
+
+    Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------
@@ -152,6 +168,8 @@ def march(
         Longest step of the parameter.
     options : Options, optional
         How hard to try.
+    duration : float
+        Time the whole path takes, at an even pace [s]; it matters only to rods that relax.
 
     Raises
     ------
@@ -161,11 +179,18 @@ def march(
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
     at, step = 0.0, whole
+
+    def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
+        return advance(work, origin, path(end), options, duration=duration * (end - begin))
+
     while at < 1.0:
-        to = at + step
+        to = _next(at, step)
         if to > 1.0 - 1e-9:
             to = 1.0
-        found, report = advance(work, state, path(to), options)
+        if work.model.bonds is None:
+            found, report = search(state, at, to)
+        else:
+            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
         if found is None:
             step *= 0.5
             if step < SMALLEST_STEP * whole:
@@ -179,3 +204,9 @@ def march(
         # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
         if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)
+
+
+def _next(at: float, step: float) -> float:
+    """Return the next multiple of a step; a march that stopped at a break goes back to it."""
+    steps = at / step
+    return at + step if abs(steps - round(steps)) < 1e-6 else step * float(np.ceil(steps))

@@ -1,16 +1,19 @@
 """What a specimen is to the solver: rods, samples, contact law and prescribed unknowns."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.bonds import BondLaw, Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
 from knitlab_core.rods.frames import Frames
+from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
+from knitlab_core.rods.section import SOLID, Section, with_section
 from knitlab_core.units import Scales
 
 SLIP = 0.02
@@ -32,6 +35,10 @@ class Model:
         Unknowns that are prescribed; the dummy angle at each rod's end is always among them.
     scales : Scales
         What one unit is in SI.
+    relaxation : Relaxation or None
+        How the rods' stiffness relaxes; None for elastic rods.
+    bonds : Bonds or None
+        Fused points as printed; None where strands do not fuse.
     """
 
     rods: Rods
@@ -39,6 +46,8 @@ class Model:
     law: ContactLaw
     fixed: BoolArray
     scales: Scales
+    relaxation: Relaxation | None = None
+    bonds: Bonds | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +72,12 @@ class State:
         Stretching, bending, twisting and contact energy [E r^3].
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
+    history : (M, N, 4) array or None
+        Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
+    viscous_work, fracture_work : float
+        Work lost by relaxing, and energy set free by fibres that broke, since the start [E r^3].
+    bonds : BondState
+        Which fused points are whole, their loads and their energies; empty where strands do not fuse.
     """
 
     q: FloatArray
@@ -74,6 +89,10 @@ class State:
     energies: FloatArray
     external_work: float
     friction_work: float
+    history: FloatArray | None = None
+    viscous_work: float = 0.0
+    fracture_work: float = 0.0
+    bonds: BondState = field(default_factory=lambda: BondState.printed(0))
 
 
 def make_model(
@@ -84,27 +103,33 @@ def make_model(
     poisson_ratio: float,
     friction: float,
     straight: bool = False,
+    section: Section = SOLID,
     sample_spacing: float = SAMPLE_SPACING,
     slip: float = SLIP,
+    bonds: BondLaw | None = None,
 ) -> tuple[Model, State]:
-    """Make the model of strands of one fibre and their state as given, free of stress.
+    """Make the model of strands of one kind and their state as given, free of stress.
 
     Parameters
     ----------
     strands : sequence of (n, 3) arrays
         Nodes of each strand [m].
     radius : float
-        Fibre radius [m].
+        Radius at which strands touch [m]: the fibre's, or a yarn's outer one.
     young_modulus : float
-        [Pa].
+        Of the fibre's material [Pa]; also in contact.
     poisson_ratio, friction : float
         Poisson's ratio and Coulomb's coefficient.
     straight : bool
         Rest shape straight instead of as given.
+    section : Section
+        Stiffness of a strand relative to a solid round rod of that radius.
     sample_spacing : float
         Distance of contact samples along a strand [r].
     slip : float
         Elastic slip before sliding [r].
+    bonds : BondLaw, optional
+        How strands that were printed near each other are fused; by default they are not.
 
     Returns
     -------
@@ -117,13 +142,18 @@ def make_model(
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     model = Model(
-        rods=rods,
+        rods=with_section(rods, section),
         samples=_make_samples(rods, sizes, sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
     )
-    return model, _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    if bonds is None:
+        return model, state
+    scales = model.scales
+    found = find_bonds(state.q, frames, rods.has_edge, model.samples, model.law, bonds, scales, poisson_ratio)
+    return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
 
 
 def _make_samples(rods: Rods, sizes: tuple[int, ...], spacing: float) -> Samples:

@@ -3,12 +3,13 @@
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
+from knitlab_core.contact.bonds import Bonds
 from knitlab_core.contact.neighbours import Candidates
 from knitlab_core.jit import kernel
 from knitlab_core.rods.blocks import Pattern
 
 
-def _across_keys(candidates: Candidates, n: int) -> IndexArray:
+def _across_keys(candidates: Candidates | Bonds, n: int) -> IndexArray:
     """Return keys (S, 9) = column n + row of the node pairs of span pairs."""
     near = np.arange(-1, 2)
     rows = candidates.span_b[:, None, None] + near[None, :, None]
@@ -16,12 +17,13 @@ def _across_keys(candidates: Candidates, n: int) -> IndexArray:
     return (columns * n + rows).reshape(-1, 9)
 
 
-def make_pattern(n: int, candidates: Candidates) -> Pattern:
-    """Make the pattern of n nodes in rods and the given contacts."""
+def make_pattern(n: int, candidates: Candidates, bonds: Bonds | None = None) -> Pattern:
+    """Make the pattern of n nodes in rods and the given contacts and bonds; `across` is that of the contacts."""
     i = np.arange(n)
     across = _across_keys(candidates, n)
     rods = [i * n + i, i[:-1] * n + i[1:], i[:-2] * n + i[2:]]
-    keys = np.unique(np.concatenate([*rods, across.ravel()]))
+    bonded = [] if bonds is None else [_across_keys(bonds, n).ravel()]
+    keys = np.unique(np.concatenate([*rods, across.ravel(), *bonded]))
     none = np.full(2, -1, dtype=np.int64)
     places = [np.searchsorted(keys, k) for k in rods]
     return Pattern(
@@ -34,8 +36,8 @@ def make_pattern(n: int, candidates: Candidates) -> Pattern:
     )
 
 
-def update_pattern(pattern: Pattern, n: int, candidates: Candidates) -> Pattern | None:
-    """Fit new candidates into a pattern, or return None if they need blocks it lacks."""
+def update_pattern(pattern: Pattern, n: int, candidates: Candidates | Bonds) -> Pattern | None:
+    """Fit new candidates or bonds into a pattern, or return None if they need blocks it lacks."""
     keys = pattern.columns * n + pattern.rows
     wanted = _across_keys(candidates, n)
     places = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)

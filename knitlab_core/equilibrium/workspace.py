@@ -15,6 +15,7 @@ from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
 from knitlab_core.contact.stiffness import contact_hessian
 from knitlab_core.equilibrium.cholesky import BlockCholesky
+from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import (
     fix_unknowns,
@@ -60,6 +61,8 @@ class Workspace:
         Number of factorisations so far.
     placed : Placed
         Samples and edges in the configuration last moved to.
+    fused : Fused or None
+        Bonds that hold; None where strands do not fuse.
     """
 
     candidates: Candidates
@@ -74,6 +77,7 @@ class Workspace:
         self.clock = Stopwatch()
         self.factorisations = 0
         self.placed = Placed.zeros(n, samples)
+        self.fused: Fused | None = None
         self._base = np.zeros((samples, 3))
         self._base_frames = np.zeros((n, 3, 3))
         self._moves = np.zeros((samples, 3))
@@ -84,9 +88,16 @@ class Workspace:
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
-    def start_step(self, q: FloatArray, frames: Frames, memory: Memory) -> None:
-        """Begin at an equilibrium: list its pairs and recall what friction remembers of them."""
+    def start_step(self, q: FloatArray, frames: Frames, memory: Memory, hold: FloatArray | None = None) -> None:
+        """Begin at an equilibrium: list its pairs and recall what friction remembers of them.
+
+        `hold` (B,) is the share of its stiffness that each bond has; by default all of it.
+        """
         self._memory = memory
+        bonds = self.model.bonds
+        if bonds is not None:
+            bonds = bonds if hold is None else bonds.held(hold)
+            self.fused = Fused(bonds, self.placed, self.model.samples.weights)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
@@ -112,11 +123,12 @@ class Workspace:
         n = len(q)
         kept = None
         if self._linear is not None:
-            kept = update_pattern(self.pattern, n, self.candidates)
+            kept = self._fit(self.pattern, n)
         if kept is None:
             with self.clock("analyse"):
-                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN))
-                kept = update_pattern(wide, n, self.candidates)
+                bonds = None if self.fused is None else self.fused.bonds
+                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), bonds)
+                kept = self._fit(wide, n)
                 self._linear = BlockCholesky(wide)
                 self.blocks = np.zeros((wide.rows.size, 4, 4))
         if kept is None:
@@ -124,10 +136,18 @@ class Workspace:
             raise RuntimeError(msg)
         self.pattern = kept
 
+    def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
+        """Fit pairs and bonds into a pattern, or return None if they need blocks it lacks."""
+        if self.fused is not None and not self.fused.fit(pattern, n):
+            return None
+        return update_pattern(pattern, n, self.candidates)
+
     def move_to(self, q: FloatArray, frames: Frames) -> None:
         """Place samples and edges in configuration `q`."""
         sample_points(q, self.model.samples, self.placed.points)
         place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
+        if self.fused is not None:
+            self.fused.place(q, self.model.rods.has_edge, frames)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
@@ -142,7 +162,8 @@ class Workspace:
             elastic = sum(rod_energy(q, model.rods, self._trial))
             self.move_to(q, self._trial)
             normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
-            return float(elastic + normal + friction - np.vdot(self.loads, q))
+            total = float(elastic + normal + friction - np.vdot(self.loads, q))
+            return total if self.fused is None else total + self.fused.energy()
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
@@ -164,6 +185,8 @@ class Workspace:
                 self.pairs,
                 g,
             )
+            if self.fused is not None:
+                self.fused.add_gradient(g)
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, exact: float = 1.0) -> None:
@@ -182,6 +205,8 @@ class Workspace:
                 self.pattern,
                 self.blocks,
             )
+            if self.fused is not None:
+                self.fused.add_hessian(exact, self.blocks)
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""

@@ -8,6 +8,9 @@ stockinette the planar knit
 volumetric_stitch, volumetric_row, volumetric  the knit of many layers
 distance    where the yarn comes closest to itself
 clearance   ... refused where strands overlap
+directors   frames that follow the yarn without turning about it
+fibres      the fibres of a yarn, wound around its centreline
+fibre_clearance  ... refused where they overlap
 linking     how often closed curves wind around each other
 clasp       ... whether loops hold each other
 mesh        where the nodes are
@@ -20,6 +23,8 @@ from knitlab_core.knits.centreline import Centreline, Site, SiteSet
 from knitlab_core.knits.clasp import clasp_numbers
 from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
+from knitlab_core.knits.fibre_clearance import FibreClearance, check_fibres
+from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
 from knitlab_core.knits.linking import linking_number
 from knitlab_core.knits.plates import Plates, plate_nodes
 from knitlab_core.knits.specimen import Specimen, planar_specimen, volumetric_specimen
@@ -33,20 +38,25 @@ __all__ = [
     "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
     "Centreline",
+    "FibreClearance",
     "Plates",
     "Site",
     "SiteSet",
     "Specimen",
     "Stitch",
     "VolumetricStitch",
+    "Yarn",
     "check_clearance",
+    "check_fibres",
     "clasp_numbers",
     "closest_approach",
+    "fibre_strands",
     "linking_number",
     "locking_strain",
     "neighbour_gap",
     "planar_specimen",
     "plate_nodes",
+    "same_area",
     "stockinette",
     "volumetric",
     "volumetric_specimen",

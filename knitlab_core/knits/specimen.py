@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.clasp import stitch_clasp
 from knitlab_core.knits.clearance import check_clearance, check_volumetric_clearance
+from knitlab_core.knits.fibre_clearance import check_fibres
+from knitlab_core.knits.fibres import Yarn, check_turn, fibre_sites, fibre_strands
 from knitlab_core.knits.mesh import control_points, yarn_mesh
 from knitlab_core.knits.stitch import is_positive
 from knitlab_core.knits.stockinette import check_count, knit_middle, stockinette
@@ -28,17 +33,19 @@ MOST_NODES_PER_LOOP: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Specimen:
-    """Hold a knit as the solver takes it: one yarn of nodes, centred on 0, in SI units.
+    """Hold a knit as the solver takes it: the nodes of its yarn, centred on 0, in SI units.
 
     Parameters
     ----------
     nodes : FloatArray
-        Positions (N, 3) along the yarn: x course, y wale, z pile or out of plane [m]. The quadratic B-spline that they
-        control passes through the yarn, so a node lies outside a bend by edge² curvature / 8.
+        Positions (N, 3) strand by strand: x course, y wale, z pile or out of plane [m]. The quadratic B-spline that
+        they control passes through the strand, so a node lies outside a bend by edge² curvature / 8.
     arc_lengths : FloatArray
-        Yarn length (N,) from the yarn's start to each node [m].
+        Length (n,) along the yarn's centreline from its start to each node of a strand, the same for all [m].
+    yarn : Yarn
+        The fibres of the yarn [loop widths].
     radius : float
-        Fibre radius [m].
+        Radius at which strands touch [m].
     loop_width : float
         The stitch's unit of length [m].
     rows, loops, layers : int
@@ -50,14 +57,16 @@ class Specimen:
     yarn_length : float
         Whole length, turn-arounds included [m].
     clearance : float
-        Least distance between the surfaces of strands [m].
+        Least distance between the surfaces of yarns [m].
     sites : Mapping of str to IntArray
-        Node indices of each set of boundary sites, along +x (``wale``) or +y (``course``), on the faces of a
-        volumetric knit by layer, row and +x; only such a knit has ``pile+`` and ``pile-``.
+        Node indices of each set of boundary sites, hook by hook one of every strand: along +x (``wale``) or +y
+        (``course``), on the faces of a volumetric knit by layer, row and +x; only such a knit has ``pile+`` and
+        ``pile-``.
     """
 
     nodes: FloatArray
     arc_lengths: FloatArray
+    yarn: Yarn
     radius: float
     loop_width: float
     rows: int
@@ -69,8 +78,15 @@ class Specimen:
     clearance: float
     sites: Mapping[SiteSet, IntArray]
 
+    @property
+    def strands(self) -> tuple[FloatArray, ...]:
+        """Return the nodes (n, 3) of every strand: each fibre of a bundle, otherwise the yarn itself [m]."""
+        return tuple(self.nodes.reshape(-1, len(self.arc_lengths), 3))
 
-def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float, nodes_per_loop: int = 48) -> Specimen:
+
+def planar_specimen(
+    stitch: Stitch, *, rows: int, loops: int, loop_width: float, nodes_per_loop: int = 48, yarn: Yarn | None = None
+) -> Specimen:
     """Build a planar stockinette specimen and refuse one that cannot exist.
 
     The yarn is divided at its boundary sites; between two of them edges are equal in arc length and as near as
@@ -86,6 +102,8 @@ def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float,
         l [m].
     nodes_per_loop : int
         8 to 1000; the mesh as a whole has at most 2 million nodes.
+    yarn : Yarn, optional
+        Its fibres; one of the stitch's own radius unless given.
 
     Returns
     -------
@@ -102,14 +120,21 @@ def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float,
     _check_size(loop_width, nodes_per_loop)
     centreline = stockinette(stitch, rows=rows, loops=loops)
     mesh = yarn_mesh(centreline, yarn_per_loop(stitch) / nodes_per_loop)
-    approach = check_clearance(stitch, rows=rows, loops=loops, loop_width=loop_width)
+    if yarn is None:
+        approach = check_clearance(stitch, rows=rows, loops=loops, loop_width=loop_width)
+        gap = approach.distance - 2.0 * stitch.fibre_radius
+    else:
+        gap = check_fibres(centreline, yarn, loop_width=loop_width).between
     if rows > 1 and stitch_clasp(stitch) == 0:
         allowed = "a row spacing, height and depth with which each loop holds the next row's"
         raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
+    fibres = Yarn(fibre_radius=stitch.fibre_radius) if yarn is None else yarn
+    nodes, sites = _strands(centreline, mesh, fibres, knit_middle(stitch, rows, loops))
     return Specimen(
-        nodes=_nodes(centreline, mesh, knit_middle(stitch, rows, loops), loop_width),
+        nodes=nodes * loop_width,
         arc_lengths=mesh.arc_lengths * loop_width,
-        radius=stitch.fibre_radius * loop_width,
+        yarn=fibres,
+        radius=fibres.contact_radius * loop_width,
         loop_width=loop_width,
         rows=rows,
         loops=loops,
@@ -117,13 +142,20 @@ def planar_specimen(stitch: Stitch, *, rows: int, loops: int, loop_width: float,
         stitch=stitch,
         centreline=centreline,
         yarn_length=centreline.length * loop_width,
-        clearance=(approach.distance - 2.0 * stitch.fibre_radius) * loop_width,
-        sites=mesh.sites,
+        clearance=gap * loop_width,
+        sites=sites,
     )
 
 
 def volumetric_specimen(
-    stitch: VolumetricStitch, *, rows: int, loops: int, layers: int, loop_width: float, nodes_per_loop: int = 48
+    stitch: VolumetricStitch,
+    *,
+    rows: int,
+    loops: int,
+    layers: int,
+    loop_width: float,
+    nodes_per_loop: int = 48,
+    yarn: Yarn | None = None,
 ) -> Specimen:
     """Build a volumetric specimen and refuse one that cannot exist.
 
@@ -140,6 +172,8 @@ def volumetric_specimen(
         l [m].
     nodes_per_loop : int
         8 to 1000, for each of a stitch's two loops; the mesh as a whole has at most 2 million nodes.
+    yarn : Yarn, optional
+        Its fibres; one of the stitch's own radius unless given.
 
     Returns
     -------
@@ -162,11 +196,18 @@ def volumetric_specimen(
         if count > 1 and stitch_clasp(loop) == 0:
             allowed = f"spacings, heights and a depth with which loops hold the next of the {joined}"
             raise GeometryError("specimen.knit", f"{joined} that do not hold each other", allowed)
-    approach = check_volumetric_clearance(stitch, centreline, middle=middle, loop_width=loop_width)
+    if yarn is None:
+        approach = check_volumetric_clearance(stitch, centreline, middle=middle, loop_width=loop_width)
+        gap = approach.distance - 2.0 * stitch.fibre_radius
+    else:
+        gap = check_fibres(centreline, yarn, loop_width=loop_width).between
+    fibres = Yarn(fibre_radius=stitch.fibre_radius) if yarn is None else yarn
+    nodes, sites = _strands(centreline, mesh, fibres, middle)
     return Specimen(
-        nodes=_nodes(centreline, mesh, middle, loop_width),
+        nodes=nodes * loop_width,
         arc_lengths=mesh.arc_lengths * loop_width,
-        radius=stitch.fibre_radius * loop_width,
+        yarn=fibres,
+        radius=fibres.contact_radius * loop_width,
         loop_width=loop_width,
         rows=rows,
         loops=loops,
@@ -174,8 +215,8 @@ def volumetric_specimen(
         stitch=stitch,
         centreline=centreline,
         yarn_length=centreline.length * loop_width,
-        clearance=(approach.distance - 2.0 * stitch.fibre_radius) * loop_width,
-        sites=mesh.sites,
+        clearance=gap * loop_width,
+        sites=sites,
     )
 
 
@@ -185,6 +226,15 @@ def _check_size(loop_width: float, nodes_per_loop: int) -> None:
     check_count("specimen.nodes_per_loop", nodes_per_loop, most=MOST_NODES_PER_LOOP, least=FEWEST_NODES_PER_LOOP)
 
 
-def _nodes(centreline: Centreline, mesh: Mesh, middle: FloatArray, loop_width: float) -> FloatArray:
-    """Return the control points (N, 3) of the yarn about its middle [m]."""
-    return control_points((centreline.position(mesh.arc_lengths) - middle) * loop_width)
+def _strands(
+    centreline: Centreline, mesh: Mesh, yarn: Yarn, middle: FloatArray
+) -> tuple[FloatArray, Mapping[SiteSet, IntArray]]:
+    """Return the control points (N, 3) of all strands about the knit's middle [loop widths], and their sites."""
+    check_turn(yarn, mesh.arc_lengths)
+    one = yarn.model == "yarn"
+    points = (centreline.position(mesh.arc_lengths),) if one else fibre_strands(centreline, mesh.arc_lengths, yarn)
+    sites = {
+        edge: fibre_sites(nodes, nodes=len(mesh.arc_lengths), fibres=len(points)).ravel()
+        for edge, nodes in mesh.sites.items()
+    }
+    return np.concatenate([control_points(strand - middle) for strand in points]), MappingProxyType(sites)

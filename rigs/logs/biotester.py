@@ -73,8 +73,8 @@ def biotester_channels(
     """
     x, y = samples.measured["XDisplacement"], samples.measured["YDisplacement"]
     # Zeroing moves the displacement's origin; it does not change the distance between the hooks.
-    x_size = size.gauge_C + x + samples.offset["XDisplacement"]
-    y_size = size.gauge_W + y + samples.offset["YDisplacement"]
+    x_size = size.extents["C"] + x + samples.offset["XDisplacement"]
+    y_size = size.extents["W"] + y + samples.offset["YDisplacement"]
     return {
         "SetName": [tag or set_name for tag in samples.tag],
         "Cycle": [cycle_text(int(cycle), phase) for cycle, phase in zip(samples.cycle, samples.phase, strict=True)],

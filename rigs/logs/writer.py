@@ -25,12 +25,18 @@ class Column:
         Factor from the channel's SI unit to the column's.
     form : str or None
         Format specification of a number, ``.3f``; None for text.
+    unit : str or None
+        What stands below the heading; None where no column of the dialect has a unit there.
+    trimmed : bool
+        Whether zeros that end a number's decimals are left out.
     """
 
     name: str
     channel: str
     scale: float = 1.0
     form: str | None = None
+    unit: str | None = None
+    trimmed: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +64,7 @@ class Dialect:
 
 
 def write_log(dialect: Dialect, channels: Mapping[str, Sequence[object]]) -> Iterator[bytes]:
-    r"""Yield the file line by line.
+    r"""Yield the file line by line: headings, units where the dialect has them, one line a row.
 
     Parameters
     ----------
@@ -91,6 +97,8 @@ def write_log(dialect: Dialect, channels: Mapping[str, Sequence[object]]) -> Ite
     if len({len(values) for values in shown}) != 1:
         raise SpecificationError(f"log.{dialect.name}", [len(values) for values in shown], "channels of one length")
     yield _line(dialect, [column.name for column in dialect.columns])
+    if any(column.unit is not None for column in dialect.columns):
+        yield _line(dialect, [column.unit or "" for column in dialect.columns])
     for row in zip(*shown, strict=True):
         fields = [_field(column, value) for column, value in zip(dialect.columns, row, strict=True)]
         yield _line(dialect, fields)
@@ -100,6 +108,8 @@ def _field(column: Column, value: object) -> str:
     if column.form is None:
         return str(value)
     text = format(float(str(value)) * column.scale, column.form)
+    if column.trimmed and "." in text:
+        text = text.rstrip("0").rstrip(".")
     # Instruments do not print a negative zero.
     return text.lstrip("-") if not any(digit in text for digit in "123456789") else text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,9 +12,11 @@ import pytest
 
 from app.figures import energy_balance_error
 from app.run_reader import RunReader
+from app.schemas import from_yaml
 from app.usecases import RunResult, run_protocol
 from rigs.analysis import branch, stress_strain
-from rigs.protocol import AXES
+from rigs.specimen import make_specimen
+from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,6 +56,7 @@ class Ran:
 
 
 def run_example(name: str, folder: Path) -> Ran:
+    folder.mkdir(exist_ok=True)
     result = run_protocol(EXAMPLES / name, folder / "run", lambda _share, _text: None)
     return Ran(result, RunReader(result.folder / "run.h5"))
 
@@ -80,7 +84,7 @@ def test_the_small_knit_unloads_below_its_loading(small: Ran) -> None:
     assert small.result.outcome == "target"
     grid = np.linspace(0.02, 0.19, 18)
     drop = {}
-    for axis in AXES:
+    for axis in BOTH:
         up, down = (small.curve(axis, 1, way) for way in ("Stretch", "Recover"))
         drop[axis] = np.interp(grid, *up) - np.interp(grid, *down)
         assert small.loop_area(axis, 1) > 0.0
@@ -97,7 +101,7 @@ def test_the_small_knit_is_stiffer_along_the_wale(small: Ran) -> None:
 
 
 def test_the_small_knit_comes_back_without_stress(small: Ran) -> None:
-    for axis in AXES:
+    for axis in BOTH:
         assert abs(small.stress(axis, 0.0, way="Recover")) < 1e-3 * small.stress(axis, 0.2)
 
 
@@ -110,17 +114,17 @@ def test_the_main_job_leaves_what_it_promises(main_job: Ran) -> None:
         "biaxial_cycle_knit.png",
     }
     names = [name for name, _, _ in main_job.result.figures]
-    for axis in AXES:
+    for axis in BOTH:
         for cycle in (1, 2):
             for level in ("20%", "30%", "40%"):
                 assert f"stress at {level}, {axis}, cycle {cycle}" in names
             assert f"loop area, {axis}, cycle {cycle}" in names
-    strains = [(frame.strain_C, frame.strain_W) for frame in main_job.run.frames()]
+    strains = [(frame.strain["C"], frame.strain["W"]) for frame in main_job.run.frames()]
     assert np.array(strains) == pytest.approx(np.array(2 * [0.0, 0.2, 0.4, 0.2] + [0.0]).repeat(2).reshape(-1, 2))
 
 
 def test_the_main_job_stiffens_as_loops_lock(main_job: Ran) -> None:
-    for axis in AXES:
+    for axis in BOTH:
         stress = [main_job.stress(axis, at) for at in (0.2, 0.3, 0.4)]
         assert stress[1] > 3.0 * stress[0] > 0.0
         assert stress[2] - stress[1] > 2.0 * (stress[1] - stress[0])
@@ -133,7 +137,7 @@ def test_the_wale_is_slack_until_loops_touch_and_stiffer_in_the_end(main_job: Ra
 
 
 def test_the_main_job_dissipates_in_every_cycle(main_job: Ran) -> None:
-    for axis in AXES:
+    for axis in BOTH:
         for cycle in (1, 2):
             assert main_job.loop_area(axis, cycle) > 0.0
     assert main_job.loop_area("W", 1) > main_job.loop_area("C", 1)
@@ -141,10 +145,53 @@ def test_the_main_job_dissipates_in_every_cycle(main_job: Ran) -> None:
 
 def test_a_knit_that_went_slack_remembers_no_cycle(main_job: Ran) -> None:
     # Elastic yarn and friction alone: where no loop touches, nothing is left of what was before.
-    for axis in AXES:
+    for axis in BOTH:
         for at in (0.2, 0.3, 0.4):
             first, second = (main_job.stress(axis, at, cycle=cycle) for cycle in (1, 2))
             assert second == pytest.approx(first, rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def uniaxial(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
+    del quick_pictures
+    return run_example("uniaxial_course.yaml", tmp_path_factory.mktemp("uniaxial"))
+
+
+def test_a_knit_with_free_sides_is_far_softer_than_one_held(uniaxial: Ran, main_job: Ran) -> None:
+    assert uniaxial.result.outcome == "target"
+    assert 0.0 < uniaxial.stress("C", 0.3) < 0.25 * main_job.stress("C", 0.3)
+    assert uniaxial.run.trace.axes == ("C",)
+
+
+def test_a_knit_with_free_sides_gets_narrower(uniaxial: Ran) -> None:
+    frames = uniaxial.run.frames()
+    # Free loops below and above, and the hooks that slide along their poles.
+    sites = make_specimen(from_yaml(uniaxial.run.protocol).specimen).sites
+    for width in (
+        [frame.nodes[sites["wale+"], 1].mean() - frame.nodes[sites["wale-"], 1].mean() for frame in frames],
+        [np.ptp(frame.nodes[sites["course+"], 1]) for frame in frames],
+    ):
+        start, _, peak, _, end = width
+        assert 0.0 < start - peak < 0.1 * start
+        assert end == pytest.approx(start, rel=1e-3)
+
+
+def test_a_knit_with_free_sides_stretches_without_its_yarn(uniaxial: Ran) -> None:
+    peak = max(uniaxial.run.frames(), key=lambda frame: frame.strain["C"])
+    assert peak.strain["C"] == pytest.approx(0.3)
+    assert np.abs(peak.axial_strain).max() < 1e-3
+    assert energy_balance_error(uniaxial.run.trace) <= 0.01
+
+
+@pytest.mark.slow
+def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
+    del quick_pictures
+    stress = {}
+    for axis, name in (("C", "course"), ("W", "wale"), ("P", "pile")):
+        ran = run_example(f"fig4c/fig4c_{name}_4.yaml", tmp_path / name)
+        assert ran.result.outcome == "target"
+        stress[axis] = ran.stress(axis, 0.4)  # type: ignore[arg-type]
+    assert stress["P"] > 3.0 * max(stress["C"], stress["W"])
 
 
 @pytest.mark.parametrize("name", ["small", "main_job"])
@@ -154,10 +201,12 @@ def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest)
     # What friction took is the area of the loops.
     columns, size = ran.run.trace.columns, ran.run.size
     cycles = range(1, int(columns["cycle"].max()) + 1)
-    area = sum(ran.loop_area(axis, cycle) for axis in AXES for cycle in cycles)
-    volume = size.gauge_C * size.gauge_W * size.thickness
+    area = sum(ran.loop_area(axis, cycle) for axis in ran.run.trace.axes for cycle in cycles)
+    volume = prod(size.extents.values())
     assert columns["friction_work"][-1] == pytest.approx(area * volume, rel=0.02)
 
 
 def test_every_example_is_tested() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.yaml")} == {"biaxial_small.yaml", "biaxial_cycle.yaml"}
+    knits = {f"fig4c/fig4c_{axis}_{n}.yaml" for axis in ("course", "wale", "pile") for n in (4, 6)}
+    tried = {"biaxial_small.yaml", "biaxial_cycle.yaml", "uniaxial_course.yaml"}
+    assert {str(path.relative_to(EXAMPLES)) for path in EXAMPLES.rglob("*.yaml")} == tried | knits

@@ -2,18 +2,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.schemas import ProtocolError, from_yaml, to_yaml
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, Stitch
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch
 from knitlab_core.materials import MATERIALS
 from rigs.motion import strokes
-from rigs.protocol import Axis, Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Target, Zero
+from rigs.protocol import Axis, Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Step, Target, Zero
 
-AXES = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
+STAGE_AXES: st.SearchStrategy[tuple[Axis, ...]] = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
 SPEEDS = st.floats(1e-9, 1.0)
 LABELS = st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,20}[A-Za-z0-9._-])?", fullmatch=True)
 TAGS = st.none() | LABELS
@@ -23,26 +24,32 @@ TARGETS = st.builds(Target, kind=st.just("strain"), value=STRAINS) | st.builds(
 )
 CHANNELS = st.sampled_from([("force",), ("displacement",), ("force", "displacement")])
 RANGES = st.tuples(STRAINS, STRAINS).filter(lambda pair: pair[0] < pair[1])
-CYCLES = st.builds(
-    lambda axes, ends, rate, n, tag: Cycle(axes=axes, lower=ends[0], upper=ends[1], rate=rate, n=n, tag=tag),
-    AXES,
-    RANGES,
-    SPEEDS,
-    st.integers(1, 5),
-    TAGS,
-)
-SINGLE_STEPS = (
-    st.builds(Zero, channels=CHANNELS)
-    | st.builds(Preload, axes=AXES, force=st.floats(1e-9, 1e4), rate=SPEEDS, tag=TAGS)
-    | st.builds(Ramp, axes=AXES, to=TARGETS, rate=SPEEDS, tag=TAGS)
-    | st.builds(Hold, duration=st.floats(1e-9, 1e7), tag=TAGS)
-    | CYCLES
-)
-STEPS = st.recursive(
-    SINGLE_STEPS,
-    lambda inner: st.builds(Repeat, n=st.integers(1, 3), steps=st.lists(inner, min_size=1, max_size=3).map(tuple)),
-    max_leaves=5,
-)
+
+
+def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Step]:
+    """Return steps that drive some of the axes of a rig."""
+    cycles = st.builds(
+        lambda axes, ends, rate, n, tag: Cycle(axes=axes, lower=ends[0], upper=ends[1], rate=rate, n=n, tag=tag),
+        axes,
+        RANGES,
+        SPEEDS,
+        st.integers(1, 5),
+        TAGS,
+    )
+    single = (
+        st.builds(Zero, channels=CHANNELS)
+        | st.builds(Preload, axes=axes, force=st.floats(1e-9, 1e4), rate=SPEEDS, tag=TAGS)
+        | st.builds(Ramp, axes=axes, to=TARGETS, rate=SPEEDS, tag=TAGS)
+        | st.builds(Hold, duration=st.floats(1e-9, 1e7), tag=TAGS)
+        | cycles
+    )
+    return st.recursive(
+        single,
+        lambda inner: st.builds(Repeat, n=st.integers(1, 3), steps=st.lists(inner, min_size=1, max_size=3).map(tuple)),
+        max_leaves=5,
+    )
+
+
 STITCHES = st.builds(
     Stitch,
     curvature=st.floats(0.1, 5.0),
@@ -61,12 +68,52 @@ SPECIMENS = st.builds(
     friction=st.floats(0.0, 2.0),
     nodes_per_loop=st.integers(8, 1000),
 )
+VOLUMETRIC_STITCHES = st.builds(
+    lambda reach, **values: VolumetricStitch(
+        wale_height=reach * values["row_spacing"], pile_height=reach * values["layer_spacing"], **values
+    ),
+    reach=st.floats(1.1, 2.0),
+    curvature=st.floats(0.1, 5.0),
+    depth=st.floats(0.1, 10.0),
+    row_spacing=st.floats(0.1, 5.0),
+    layer_spacing=st.floats(0.1, 5.0),
+    fibre_radius=st.floats(1e-3, 0.5),
+)
+VOLUMETRIC_SPECIMENS = st.builds(
+    SpecimenSpec,
+    knit=st.sampled_from(sorted(NAMED_VOLUMETRIC_STITCHES)) | VOLUMETRIC_STITCHES,
+    rows=st.integers(1, 10),
+    loops=st.integers(1, 10),
+    layers=st.integers(1, 10),
+    loop_width=st.floats(1e-6, 1.0),
+    material=st.sampled_from(sorted(MATERIALS)),
+)
+STAGES = st.fixed_dictionaries(
+    {
+        "specimen": SPECIMENS | VOLUMETRIC_SPECIMENS,
+        "others": st.just("hold"),
+        "steps": st.lists(steps_on(STAGE_AXES), min_size=1, max_size=4).map(tuple),
+    }
+)
+
+
+def frames_along(axis: Axis) -> st.SearchStrategy[dict[str, Any]]:
+    """Return what stands in a protocol for the frame."""
+    return st.fixed_dictionaries(
+        {
+            "rig": st.just("uniaxial-frame"),
+            "mount": st.just(axis),
+            "specimen": VOLUMETRIC_SPECIMENS if axis == "P" else SPECIMENS | VOLUMETRIC_SPECIMENS,
+            "others": st.just("free"),
+            "steps": st.lists(steps_on(st.just((axis,))), min_size=1, max_size=3).map(tuple),
+        }
+    )
+
+
 PROTOCOLS = st.builds(
-    Protocol,
-    specimen=SPECIMENS,
+    lambda rig, **rest: Protocol(**rig, **rest),
+    rig=STAGES | frames_along("C") | frames_along("W") | frames_along("P"),
     speed_ref=st.sampled_from(["pair", "grip"]),
-    others=st.just("hold"),
-    steps=st.lists(STEPS, min_size=1, max_size=4).map(tuple),
     log=st.builds(LogSpec, rate=st.floats(1e-3, 1e4), noise=st.booleans(), seed=st.integers(0, 2**63 - 1)),
     name=LABELS,
     max_strain_increment=st.floats(1e-5, 0.1),
@@ -74,7 +121,7 @@ PROTOCOLS = st.builds(
 # The first example loads the unit registry, which takes longer than any deadline.
 patient = settings(deadline=None)
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "biaxial_small.yaml").read_text(encoding="utf-8")
-GAUGES: dict[Axis, float] = {"C": 20.0, "W": 30.0}
+GAUGES: dict[Axis, float] = {"C": 20.0, "W": 30.0, "P": 25.0}
 
 
 @patient
@@ -86,10 +133,10 @@ def test_a_protocol_reads_back_as_itself(protocol: Protocol) -> None:
 @patient
 @given(PROTOCOLS)
 def test_strokes_join_and_keep_their_speed(protocol: Protocol) -> None:
-    last: dict[Axis, float] = {"C": 0.0, "W": 0.0}
+    last: dict[Axis, float] = dict.fromkeys(protocol.axes, 0.0)
     cycle = 1
     try:
-        for stroke in strokes(protocol, GAUGES):
+        for stroke in strokes(protocol, {axis: GAUGES[axis] for axis in protocol.axes}):
             assert dict(stroke.start) == last
             assert stroke.cycle in {cycle, cycle + 1}
             assert math.isfinite(stroke.duration)

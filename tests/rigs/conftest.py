@@ -1,4 +1,4 @@
-"""Mount small knits on the biaxial stage."""
+"""Mount small knits on the rigs."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.check import stitch_of
-from app.rig_data import read_biaxial_data
-from knitlab_core.knits import planar_specimen
-from rigs.biaxial import mount
+from app.rig_data import machines_of
 from rigs.protocol import LogSpec, Protocol, SpecimenSpec, Step
+from rigs.rig import mount
+from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
-    from rigs.biaxial import BiaxialStage
-    from rigs.biaxial_data import BiaxialData
+    from rigs.machine import MachineData
+    from rigs.rig import Rig
+    from rigs.steps import Axis
 
-    Mounted = tuple[BiaxialStage, State, Protocol]
+    Mounted = tuple[Rig, State, Protocol]
 
 
 @pytest.fixture
@@ -38,12 +38,15 @@ def mount_knit() -> Callable[..., Mounted]:
         loops: int = 2,
         increment: float = 0.02,
         friction: float = 0.3,
-        data: BiaxialData | None = None,
+        data: MachineData | None = None,
+        mount_along: Axis | None = None,
+        layers: int | None = None,
     ) -> Mounted:
         spec = SpecimenSpec(
-            knit="stockinette-default",
+            knit="stockinette-default" if layers is None else "volumetric-default",
             rows=rows,
             loops=loops,
+            layers=1 if layers is None else layers,
             loop_width=8e-3,
             material="RGD8530-DM",
             friction=friction,
@@ -52,15 +55,17 @@ def mount_knit() -> Callable[..., Mounted]:
         protocol = Protocol(
             specimen=spec,
             speed_ref="pair",
-            others="hold",
+            rig="biaxial-hook" if mount_along is None else "uniaxial-frame",
+            mount=mount_along,
+            others="hold" if mount_along is None else "free",
             steps=steps,
             log=LogSpec(noise=False),
             max_strain_increment=increment,
         )
-        specimen = planar_specimen(
-            stitch_of(spec), rows=rows, loops=loops, loop_width=spec.loop_width, nodes_per_loop=spec.nodes_per_loop
-        )
-        stage, state = mount(specimen, protocol, read_biaxial_data() if data is None else data)
-        return stage, state, protocol
+        machines = machines_of(protocol)
+        if data is not None:
+            machines = dict.fromkeys(machines, data)
+        rig, state = mount(make_specimen(spec), protocol, machines)
+        return rig, state, protocol
 
     return put

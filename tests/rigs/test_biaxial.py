@@ -7,27 +7,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import read_biaxial_data
+from app.rig_data import read_machine
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError
-from rigs.biaxial import axial_strain, place_of, pose, read
 from rigs.fixtures import COORDINATE, SITES
-from rigs.protocol import AXES, Cycle, Zero
+from rigs.protocol import Cycle, Zero
+from rigs.rig import axial_strain, place_of, pose, read
+from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from knitlab_core.equilibrium.model import State
-    from rigs.biaxial import BiaxialStage
+    from rigs.rig import Rig
 
 STEPS = (Zero(), Cycle(axes=("C", "W"), lower=0.0, upper=0.26, rate=2e-4, n=1))
 # The solver leaves 1e-4 of the mean force of a held unknown at a free one; over the knit these add up.
 BALANCE = 1e-3
 
 
-def stretched(stage: BiaxialStage, state: State, strain: float) -> State:
+def stretched(stage: Rig, state: State, strain: float) -> State:
     goal = {axis: strain * length for axis, length in stage.gauges.items()}
     path = march(
         stage.work,
@@ -41,14 +42,14 @@ def stretched(stage: BiaxialStage, state: State, strain: float) -> State:
 
 
 @pytest.fixture(scope="module")
-def small(request: pytest.FixtureRequest) -> tuple[BiaxialStage, State]:
+def small(request: pytest.FixtureRequest) -> tuple[Rig, State]:
     """Return a 3x3 knit, taut at 30 %."""
     make = request.getfixturevalue("mount_knit")
     stage, state, _ = make(*STEPS, rows=3, loops=3)
     return stage, stretched(stage, state, 0.30)
 
 
-def test_only_what_the_hooks_hold_is_prescribed(small: tuple[BiaxialStage, State]) -> None:
+def test_only_what_the_hooks_hold_is_prescribed(small: tuple[Rig, State]) -> None:
     stage, _ = small
     fixed = stage.work.model.fixed
     sites = stage.specimen.sites
@@ -60,14 +61,14 @@ def test_only_what_the_hooks_hold_is_prescribed(small: tuple[BiaxialStage, State
     assert fixed.sum() == 2 * (len(course) + len(wale)) + 1
 
 
-def test_every_boundary_loop_hangs_on_two_hooks(small: tuple[BiaxialStage, State]) -> None:
+def test_every_boundary_loop_hangs_on_two_hooks(small: tuple[Rig, State]) -> None:
     stage, _ = small
     rows, loops = stage.specimen.rows, stage.specimen.loops
     assert [len(grip.nodes) for grip in stage.grips["C"]] == [rows, rows]
     assert [len(grip.nodes) for grip in stage.grips["W"]] == [2 * loops, 2 * loops]
 
 
-def test_carriages_move_symmetrically_about_the_centre(small: tuple[BiaxialStage, State]) -> None:
+def test_carriages_move_symmetrically_about_the_centre(small: tuple[Rig, State]) -> None:
     stage, _ = small
     target = pose(stage, {"C": 3e-3, "W": 1e-3}) - stage.mounted
     moved = target[:, :3] * stage.work.model.scales.length
@@ -79,37 +80,37 @@ def test_carriages_move_symmetrically_about_the_centre(small: tuple[BiaxialStage
             assert ways == pytest.approx(np.tile(expected, (len(ways), 1)), abs=1e-15)
 
 
-def test_opposite_carriages_feel_the_same_pull(small: tuple[BiaxialStage, State]) -> None:
+def test_opposite_carriages_feel_the_same_pull(small: tuple[Rig, State]) -> None:
     reading = read(*small)
-    for axis in AXES:
+    for axis in BOTH:
         assert reading.force[axis] > 0.1
         assert abs(reading.imbalance[axis]) <= BALANCE * reading.force[axis]
 
 
-def test_fixtures_and_yarn_push_each_other_out_of_plane_with_no_net_force(small: tuple[BiaxialStage, State]) -> None:
+def test_fixtures_and_yarn_push_each_other_out_of_plane_with_no_net_force(small: tuple[Rig, State]) -> None:
     stage, state = small
     total = abs(state.reaction[:, 2].sum()) * stage.work.model.scales.force
     assert total <= BALANCE * max(read(stage, state).force.values())
 
 
-def test_hooks_slide_along_their_pole_and_feel_nothing_there(small: tuple[BiaxialStage, State]) -> None:
+def test_hooks_slide_along_their_pole_and_feel_nothing_there(small: tuple[Rig, State]) -> None:
     stage, state = small
     moved = state.q - stage.mounted
-    for axis in AXES:
+    for axis in BOTH:
         for grip in stage.grips[axis]:
             along = np.abs(moved[grip.nodes, 1 - COORDINATE[axis]]).max()
             assert along * stage.work.model.scales.length > 0.5e-3
     assert read(stage, state).lateral == 0.0
 
 
-def test_the_yarn_is_stretched_where_the_knit_is_taut(small: tuple[BiaxialStage, State]) -> None:
+def test_the_yarn_is_stretched_where_the_knit_is_taut(small: tuple[Rig, State]) -> None:
     stage, state = small
     strain = axial_strain(stage, state)
     assert strain.shape == (len(stage.specimen.nodes) - 1,)
     assert 1e-4 < strain.max() < 0.05
 
 
-def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[BiaxialStage, State]) -> None:
+def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[Rig, State]) -> None:
     stage, _ = small
     sites = stage.specimen.sites
     assert place_of(stage, int(sites["wale-"][0])) == "row 0, loop 0"
@@ -118,7 +119,7 @@ def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[BiaxialStage,
 
 @pytest.mark.parametrize(("part", "name"), [("pole", "friction"), ("carriage", "compliance")])
 def test_numbers_that_pins_cannot_honour_are_refused(part: str, name: str, mount_knit: Callable[..., object]) -> None:
-    data = read_biaxial_data()
+    data = read_machine("biaxial-hook")
     held = getattr(data, part)
     spoilt = replace(data, **{part: replace(held, **{name: replace(getattr(held, name), value=0.1)})})
     with pytest.raises(

@@ -8,22 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import read_biaxial_data
+from app.rig_data import read_machine
 from knitlab_core.equilibrium.newton import Options
 from rigs.experiment import perform
 from rigs.instruments import Zeroing
-from rigs.protocol import AXES, Cycle, Hold, Preload, Ramp, Repeat, Target, Zero
+from rigs.protocol import Cycle, Hold, Preload, Ramp, Repeat, Target, Zero
 from rigs.record import Equilibrium, Frame, Outcome
+from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
-    from rigs.biaxial import BiaxialStage
     from rigs.experiment import Event
     from rigs.protocol import Axis, Protocol
+    from rigs.rig import Rig
 
-    Mount = Callable[..., tuple[BiaxialStage, State, Protocol]]
+    Mount = Callable[..., tuple[Rig, State, Protocol]]
 
 SPEED = 2e-4
 # One iteration is enough for a slack knit only.
@@ -34,7 +35,7 @@ HASTY = Options(max_iterations=1)
 class Happened:
     """What a test yielded, sorted."""
 
-    stage: BiaxialStage
+    stage: Rig
     rows: list[Equilibrium] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
     zeroings: list[Zeroing] = field(default_factory=list)
@@ -57,8 +58,7 @@ class Happened:
         return outcome
 
     def strain(self, row: Equilibrium, axis: Axis) -> float:
-        travel = {"C": row.displacement_C, "W": row.displacement_W}[axis]
-        return travel / self.stage.gauges[axis]
+        return row.displacement[axis] / self.stage.gauges[axis]
 
 
 def both(strain: float) -> Ramp:
@@ -82,7 +82,7 @@ def test_a_ramp_goes_exactly_where_it_should(happen: Callable[..., Happened]) ->
     ran = happen(Zero(), both(0.05), both(-0.01))
     assert ran.outcome == Outcome(end="target")
     assert [row.phase for row in ran.rows] == ["Zero"] + ["Stretch"] * 3 + ["Recover"] * 4
-    for axis in AXES:
+    for axis in BOTH:
         strains = [ran.strain(row, axis) for row in ran.rows]
         assert max(strains) == pytest.approx(0.05, abs=1e-15)
         assert strains[-1] == pytest.approx(-0.01, abs=1e-15)
@@ -94,9 +94,9 @@ def test_a_ramp_goes_exactly_where_it_should(happen: Callable[..., Happened]) ->
 
 def test_an_axis_that_is_not_named_stays_exactly_where_it_is(happen: Callable[..., Happened]) -> None:
     ran = happen(both(0.03), Ramp(axes=("C",), to=Target(kind="displacement", value=2e-3), rate=SPEED))
-    held = {row.displacement_W for row in ran.rows[2:]}
+    held = {row.displacement["W"] for row in ran.rows[2:]}
     assert held == {0.03 * ran.stage.gauges["W"]}
-    assert ran.rows[-1].displacement_C == 2e-3
+    assert ran.rows[-1].displacement["C"] == 2e-3
 
 
 def test_cycles_and_repeats_count_their_sets(happen: Callable[..., Happened]) -> None:
@@ -113,7 +113,7 @@ def test_a_hold_keeps_the_equilibrium_it_starts_from(happen: Callable[..., Happe
     assert after.time - before.time == pytest.approx(30.0)
     idle = replace(before, iterations=0, factorisations=0, seconds=0.0)
     assert after == replace(idle, time=after.time, phase="Hold", tag="still")
-    assert before.force_C > 0.01
+    assert before.force["C"] > 0.01
 
 
 def test_zeroing_says_when_and_what(happen: Callable[..., Happened]) -> None:
@@ -129,7 +129,7 @@ def test_zeroing_says_when_and_what(happen: Callable[..., Happened]) -> None:
 
 def test_frames_at_the_start_at_20_percent_marks_and_where_strokes_end(happen: Callable[..., Happened]) -> None:
     ran = happen(Zero(), Cycle(axes=("C", "W"), lower=0.0, upper=0.25, rate=SPEED, n=1), increment=0.03)
-    assert [round(frame.strain_C, 14) for frame in ran.frames] == [0.0, 0.2, 0.25, 0.2, 0.0]
+    assert [round(frame.strain["C"], 14) for frame in ran.frames] == [0.0, 0.2, 0.25, 0.2, 0.0]
     assert [frame.phase for frame in ran.frames] == ["Zero", "Stretch", "Stretch", "Recover", "Recover"]
     times = {row.time for row in ran.rows}
     assert all(frame.time in times for frame in ran.frames)
@@ -140,10 +140,10 @@ def test_frames_at_the_start_at_20_percent_marks_and_where_strokes_end(happen: C
 def test_a_preload_stops_every_axis_at_its_force(happen: Callable[..., Happened], force: float) -> None:
     ran = happen(Zero(), Preload(axes=("C", "W"), force=force, rate=SPEED, tag="pre"))
     assert ran.outcome.end == "target"
-    loads = {axis: np.array([getattr(row, f"force_{axis}") for row in ran.rows]) for axis in AXES}
-    ways = {axis: np.array([ran.strain(row, axis) for row in ran.rows]) for axis in AXES}
-    stops = {axis: int(np.argmax(ways[axis])) for axis in AXES}
-    for axis in AXES:
+    loads = {axis: np.array([row.force[axis] for row in ran.rows]) for axis in BOTH}
+    ways = {axis: np.array([ran.strain(row, axis) for row in ran.rows]) for axis in BOTH}
+    stops = {axis: int(np.argmax(ways[axis])) for axis in BOTH}
+    for axis in BOTH:
         # Where an axis stops it carries the force; the other may add to it later, none overshoots.
         assert loads[axis][stops[axis]] == pytest.approx(force, rel=5e-3)
         assert np.all(loads[axis][: stops[axis]] < force)
@@ -152,7 +152,7 @@ def test_a_preload_stops_every_axis_at_its_force(happen: Callable[..., Happened]
     rows = ran.rows
     assert {row.phase for row in rows[1:]} == {"Preload"}
     assert rows[-1].time == pytest.approx(
-        max(ways[axis][-1] * ran.stage.gauges[axis] for axis in AXES) / SPEED, rel=0.2
+        max(ways[axis][-1] * ran.stage.gauges[axis] for axis in BOTH) / SPEED, rel=0.2
     )
 
 
@@ -172,19 +172,19 @@ def test_a_preload_out_of_reach_is_a_limit(happen: Callable[..., Happened]) -> N
 
 @pytest.mark.parametrize("step", [both(0.3), Preload(axes=("C", "W"), force=10.0, rate=SPEED)])
 def test_an_overload_ends_the_test_and_keeps_its_rows(happen: Callable[..., Happened], step: Ramp | Preload) -> None:
-    data = read_biaxial_data()
+    data = read_machine("biaxial-hook")
     cell = replace(data.load_cell, limit=replace(data.load_cell.limit, value=0.05))
     ran = happen(step, data=replace(data, load_cell=cell))
     assert ran.outcome.end == "limit"
     assert re.fullmatch(r"[XY]Force passed its limit of 0\.05 N at strain C \d+\.\d%, W \d+\.\d%", ran.outcome.message)
-    loads = [max(row.force_C, row.force_W) for row in ran.rows]
+    loads = [max(row.force.values()) for row in ran.rows]
     assert loads[-1] > 0.05
     assert max(loads[:-1]) <= 0.05
     assert ran.frames[-1].time == ran.rows[-1].time
 
 
 def test_travel_has_its_limit_too(happen: Callable[..., Happened]) -> None:
-    data = read_biaxial_data()
+    data = read_machine("biaxial-hook")
     encoder = replace(data.encoder, limit=replace(data.encoder.limit, value=1e-3))
     ran = happen(
         Ramp(axes=("C",), to=Target(kind="strain", value=0.1), rate=SPEED), data=replace(data, encoder=encoder)
@@ -220,9 +220,9 @@ def test_energy_comes_from_work_in_si(happen: Callable[..., Happened]) -> None:
     rows = ran.rows
     # The carriages' work by the trapezium rule on what the record itself says.
     work = sum(
-        0.5 * (b.force_C + a.force_C) * (b.displacement_C - a.displacement_C)
-        + 0.5 * (b.force_W + a.force_W) * (b.displacement_W - a.displacement_W)
+        0.5 * (b.force[axis] + a.force[axis]) * (b.displacement[axis] - a.displacement[axis])
         for a, b in pairwise(rows)
+        for axis in BOTH
     )
     last = rows[-1]
     stored = last.elastic_stretch + last.elastic_bend + last.elastic_twist + last.contact_energy

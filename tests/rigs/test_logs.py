@@ -1,5 +1,6 @@
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,10 +8,11 @@ import pytest
 from knitlab_core.errors import SpecificationError
 from rigs.instruments import Samples
 from rigs.logs.biotester import BIOTESTER, biotester_channels, cycle_text
+from rigs.logs.bluehill import BLUEHILL_UNIVERSAL, bluehill_channels
 from rigs.logs.writer import Column, Dialect, write_log
 from rigs.record import SpecimenSize
 
-SIZE = SpecimenSize(gauge_C=45e-3, gauge_W=40e-3, fibre_radius=0.4e-3)
+SIZE = SpecimenSize(extents={"C": 45e-3, "W": 40e-3, "P": 1e-3}, fibre_radius=0.4e-3)
 
 # Golden file: worked out by hand from the samples below and the dialect's description.
 GOLDEN = (
@@ -31,11 +33,13 @@ def small_samples() -> Samples:
         "YForce": np.array([-1e-7, -2.25e-3, 12.346e-3, 0.0]),
     }
     return Samples(
+        instrument="biaxial-hook",
         time=np.array([0.0, 0.1, 0.2, 0.3]),
         measured=measured,
         clean=measured,
         offset={name: np.zeros(4) for name in measured},
         units={},
+        reads={},
         cycle=np.array([1, 1, 1, 2]),
         phase=("Zero", "Stretch", "Hold", "Recover"),
         tag=(None, "equibiaxial", "equibiaxial", "pull, again"),
@@ -50,6 +54,29 @@ def biotester_bytes(samples: Samples) -> bytes:
 
 def test_biotester_golden_file() -> None:
     assert biotester_bytes(small_samples()) == GOLDEN
+
+
+def frame_samples() -> Samples:
+    measured = {
+        "Displacement": np.array([3.88711e-3, 3.9e-3, -1e-9, 12.0e-3]),
+        "Force": np.array([-0.0004, 0.00004, -0.00004, 100.25]),
+    }
+    return replace(
+        small_samples(),
+        instrument="uniaxial-frame",
+        time=np.array([0.0, 0.02, 0.04, 10.0]),
+        measured=measured,
+        clean=measured,
+        offset={name: np.zeros(4) for name in measured},
+    )
+
+
+def test_bluehill_universal_golden_file() -> None:
+    # The first three lines are those of the dialect's description.
+    written = b"".join(write_log(BLUEHILL_UNIVERSAL, bluehill_channels(frame_samples())))
+    assert written == (
+        b"Time,Displacement,Force\r\n(s),(mm),(N)\r\n0,3.8871,-0.0004\r\n0.02,3.9,0\r\n0.04,0,0\r\n10,12,100.25\r\n"
+    )
 
 
 def test_biotester_opens_in_a_plain_csv_reader() -> None:

@@ -16,9 +16,9 @@ from app.run_reader import RunReader
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.errors import FormatError
-from rigs.biaxial import mount
 from rigs.experiment import perform
 from rigs.record import Outcome
+from rigs.rig import mount
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,8 +66,8 @@ def test_ctrl_c_keeps_what_was_recorded(tmp_path: Path) -> None:
     assert run.outcome.end == "abort"
     assert run.outcome.message == f"interrupted; {len(run.trace)} equilibria kept"
     assert err.splitlines()[-1] == f"{protocol}: abort: {run.outcome.message}"
-    assert run.samples is not None
-    assert (tmp_path / "run" / "tiny.csv").read_bytes().count(b"\r\n") == len(run.samples.time) + 1
+    rows = len(run.samples["biaxial-hook"].time)
+    assert (tmp_path / "run" / "tiny.csv").read_bytes().count(b"\r\n") == rows + 1
 
 
 def rows_in(record: Path) -> int:

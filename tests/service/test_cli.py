@@ -12,6 +12,7 @@ import pytest
 
 from app.cli import main
 from knitlab_core.errors import ConvergenceError, FormatError, SpecificationError
+from tests.synthetic_run import make_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,7 +86,7 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
     said = say("--help")
     assert said.code == 0
     assert "knitlab run examples/biaxial_cycle.yaml" in said.out
-    for command in ("check", "preview", "run", "schema"):
+    for command in ("check", "preview", "run", "plot", "materials", "schema"):
         assert command in said.out
         assert "knitlab " + command in say(command, "--help").out
 
@@ -108,6 +109,25 @@ def test_version(say: Callable[..., Said]) -> None:
     said = say("--version")
     assert said.code == 0
     assert said.out.startswith("knitlab ")
+
+
+def test_materials_are_listed_with_their_sources(say: Callable[..., Said]) -> None:
+    said = say("materials", EXAMPLES / "materials" / "my-resins.yaml")
+    assert (said.code, said.err) == (0, "")
+    for text in ("RGD8530-DM", "8.2e+08 Pa", "creeping-resin", "relaxation time 3", "(assumed)"):
+        assert text in said.out
+    data = json.loads(say("materials", "--json").out)
+    assert data["IP-Dip"]["young_modulus"]["value"] == 3e9
+    assert "creeping-resin" not in data
+    wrong = say("materials", MAIN_JOB)
+    assert wrong.code == 2
+    assert wrong.err.startswith(f"{MAIN_JOB}:")
+    assert "Traceback" not in wrong.err
+
+
+def test_schemas_of_both_kinds_of_file(say: Callable[..., Said]) -> None:
+    assert "steps" in json.loads(say("schema").out)["required"]
+    assert "materials" in json.loads(say("schema", "--kind", "material").out)["required"]
 
 
 def test_check_prints_the_plan_of_the_main_job(say: Callable[..., Said]) -> None:
@@ -243,6 +263,40 @@ def test_the_exit_code_says_how_a_run_ended(
     assert len(lines) == (0 if isinstance(end, KeyboardInterrupt) or end == Ended() else 1)
     if isinstance(end, Ended) and lines:
         assert lines[0] == f"{SMALL}: {end.outcome}: why it ended"
+
+
+def test_plot_writes_one_figure_of_runs(say: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    make_run(tmp_path / "a" / "run.h5")
+    out = tmp_path / "both.png"
+    said = say("plot", tmp_path / "a", tmp_path / "a" / "run.h5", "--out", out)
+    assert (said.code, said.out) == (0, f"plot: {out}\n")
+    assert out.read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_of_what_is_no_run_is_code_2(say: Callable[..., Said], tmp_path: Path) -> None:
+    for words, says in ((["plot"], "RUN"), (["plot", tmp_path], "no such file or directory")):
+        said = say(*words)
+        assert said.code == 2
+        assert says in said.err
+
+
+@pytest.mark.parametrize("name", ["uniaxial_course", "fig4c/fig4c_pile_4"])
+def test_check_prints_the_plan_of_a_test_on_the_frame(name: str, say: Callable[..., Said]) -> None:
+    said = say("check", EXAMPLES / f"{name}.yaml")
+    assert (said.code, said.err) == (0, "")
+    assert "along the frame" in said.out
+    assert "no limit would be passed" in said.out
+    assert "to spare" not in said.out
+
+
+def test_limits_of_the_frame_are_warnings(say: Callable[..., Said], tmp_path: Path) -> None:
+    path = spoilt(tmp_path, "0.2 mm/s", "0.01 um/s", EXAMPLES / "uniaxial_course.yaml")
+    path.write_text(path.read_text().replace("10 Hz", "0.1 Hz"))
+    said = say("check", path)
+    assert [line.split(": ")[2:] for line in said.err.splitlines()] == [
+        ["speed", "a pair would move at 1e-05 mm/s, at least 1.667e-05 mm/s"]
+    ]
 
 
 def test_schema_is_json(say: Callable[..., Said]) -> None:

@@ -7,21 +7,19 @@ import pytest
 
 from app.figures import energy_balance_error, run_figures, zeroed
 from app.provenance import provenance
-from app.rig_data import read_biaxial_data
+from app.rig_data import machines_of
 from rigs.instruments import Zeroing
 from rigs.protocol import Cycle, Protocol, SpecimenSpec
 from rigs.record import Equilibrium, Phase, SpecimenSize, trace_of
 
-SIZE = SpecimenSize(gauge_C=0.04, gauge_W=0.05, fibre_radius=4e-4)
+SIZE = SpecimenSize(extents={"C": 0.04, "W": 0.05, "P": 1e-3}, fibre_radius=4e-4)
 
 
 def row(time: float, strain: float, force: float, phase: Phase = "Stretch") -> Equilibrium:
     return Equilibrium(
         time=time,
-        displacement_C=strain * SIZE.gauge_C,
-        displacement_W=0.0,
-        force_C=force,
-        force_W=0.0,
+        displacement={"C": strain * SIZE.extents["C"], "W": 0.0},
+        force={"C": force, "W": 0.0},
         lateral_force=0.0,
         elastic_stretch=1.0,
         elastic_bend=2.0,
@@ -49,7 +47,7 @@ TRACE = trace_of(
 
 def test_figures_are_the_formulas() -> None:
     figures = {name: value for name, value, _ in run_figures(TRACE, SIZE, [], 9.0)}
-    peak = 2.0 / (SIZE.gauge_W * 1e-3)
+    peak = 2.0 / (SIZE.extents["W"] * 1e-3)
     assert figures["stress at 20%, C, cycle 1"] == pytest.approx(0.5 * peak)
     assert figures["stress at 40%, C, cycle 1"] == pytest.approx(peak)
     assert figures["work of loading, C, cycle 1"] == pytest.approx(0.2 * peak)
@@ -82,7 +80,7 @@ def test_the_balance_is_measured_by_the_largest_work() -> None:
 
 def test_strain_counts_from_the_last_zero() -> None:
     zeroing = Zeroing(time=2.0, kinds=frozenset({"displacement"}))
-    travel = zeroed(TRACE, "displacement", "C", [zeroing]) / SIZE.gauge_C
+    travel = zeroed(TRACE, "displacement", "C", [zeroing]) / SIZE.extents["C"]
     assert travel == pytest.approx([0.0, 0.1, 0.0, 0.1, 0.2, 0.1, 0.0, -0.1, -0.2])
     assert zeroed(TRACE, "force", "C", [zeroing]) == pytest.approx(TRACE.columns["force_C"])
 
@@ -94,7 +92,7 @@ def test_provenance_gives_every_number_a_source(friction: float, assumed: bool) 
     )
     cycle = Cycle(axes=("C",), lower=0.0, upper=0.1, rate=2e-4, n=1)
     protocol = Protocol(specimen=spec, speed_ref="pair", others="hold", steps=(cycle,), name="p")
-    facts = provenance(protocol, read_biaxial_data())
+    facts = provenance(protocol, machines_of(protocol))
     assert facts["material.young_modulus"] == 0.82e9
     assert str(facts["material.young_modulus.source"]).startswith("Pa; ")
     assert str(facts["material.poisson_ratio.source"]).endswith("assumed")

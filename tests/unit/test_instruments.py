@@ -5,15 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.rig_data import read_biaxial_data
 from knitlab_core.errors import SpecificationError
-from rigs.biaxial_data import stage_instrument
 from rigs.instruments import Channel, Instrument, Zeroing, measure, overloaded
 from rigs.record import Trace, trace_of
 from rigs.signals import add_noise, interpolate, quantise, sample_times, saturate, zero_offset
-from tests.synthetic_run import row, rows
+from tests.synthetic_run import row, rows, stage_instrument
 
-STAGE = stage_instrument(read_biaxial_data())
+STAGE = stage_instrument()
 TRACE = trace_of(rows())
 
 
@@ -68,8 +66,8 @@ def test_a_step_of_no_duration_is_a_jump() -> None:
 
 
 def test_another_channel_changes_no_other_stream() -> None:
-    alone = Instrument(channels=(cell("YForce"),), rate=10.0)
-    joined = Instrument(channels=(cell("New"), cell("YForce")), rate=10.0)
+    alone = Instrument(name="one", channels=(cell("YForce"),), rate=10.0)
+    joined = Instrument(name="one", channels=(cell("New"), cell("YForce")), rate=10.0)
     first, second = measure(alone, TRACE, seed=3), measure(joined, TRACE, seed=3)
     assert first.measured["YForce"].tolist() == second.measured["YForce"].tolist()
     assert second.measured["New"].tolist() != second.measured["YForce"].tolist()
@@ -95,7 +93,7 @@ def test_quantising_moves_by_half_a_step_at_most(values: list[float], step: floa
 
 def test_saturation_holds_and_is_told() -> None:
     assert saturate(np.array([-3.0, 1.0, 3.0]), 2.0).tolist() == [-2.0, 1.0, 2.0]
-    weak = Instrument(channels=(cell(limit=1.0),), rate=10.0)
+    weak = Instrument(name="one", channels=(cell(limit=1.0),), rate=10.0)
     samples = measure(weak, TRACE, seed=0)
     assert samples.overloads == ("XForce",)
     assert samples.measured["XForce"].max() == 1.0
@@ -103,7 +101,7 @@ def test_saturation_holds_and_is_told() -> None:
 
 
 def test_overload_is_seen_row_by_row() -> None:
-    weak = Instrument(channels=(cell(limit=1.0),), rate=10.0)
+    weak = Instrument(name="one", channels=(cell(limit=1.0),), rate=10.0)
     assert overloaded(weak, row(0.0, 0.0, 1, "Stretch")) is None
     assert overloaded(weak, row(0.0, 0.4, 1, "Stretch")) == weak.channels[0]
 
@@ -162,4 +160,4 @@ def test_stage_reads_course_as_x_and_wale_as_y() -> None:
         "XForce": ("force_C", "N"),
         "YForce": ("force_W", "N"),
     }
-    assert stage_instrument(read_biaxial_data(), rate=25.0).rate == 25.0
+    assert stage_instrument(rate=25.0).rate == 25.0

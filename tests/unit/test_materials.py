@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, Material, Value, material_named
+from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, Material, RelaxationTerm, Value, material_named
 
 
 def pure(value: float) -> Value:
@@ -17,6 +17,10 @@ def pure(value: float) -> Value:
 
 def pascal(value: float) -> Value:
     return Value(value=value, unit="Pa", source="test")
+
+
+def term(share: float, time: float) -> RelaxationTerm:
+    return RelaxationTerm(share=pure(share), time=Value(value=time, unit="s", source="test"))
 
 
 @pytest.mark.parametrize(
@@ -31,10 +35,35 @@ def test_moduli_are_the_papers(name: str, modulus: float) -> None:
 
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
 def test_every_number_has_a_source_and_poisson_ratios_own_up(material: Material) -> None:
-    for entry in (material.young_modulus, material.poisson_ratio, material.strength, material.density):
+    for entry in (
+        material.young_modulus,
+        material.poisson_ratio,
+        material.strength,
+        material.elongation_at_break,
+        material.density,
+    ):
         assert entry is None or entry.source
     assert material.poisson_ratio.assumed
     assert material.note
+
+
+def test_what_breaks_at_which_strain() -> None:
+    strains = {name: material.breaking_strain for name, material in MATERIALS.items()}
+    brittle, tough, unknown, cotton = strains.values()
+    assert brittle is not None
+    assert brittle.value == pytest.approx(29e6 / 0.82e9)
+    assert brittle.assumed
+    assert "brittle linear solid" in brittle.source
+    assert "29-38 MPa" in brittle.source
+    assert tough is not None
+    assert (tough.value, tough) == (0.15, MATERIALS["VeroUltraWhite"].elongation_at_break)
+    assert unknown is None
+    assert cotton is not None
+    assert cotton.value == 0.10
+
+
+def test_no_printed_resin_pretends_to_have_a_measured_relaxation() -> None:
+    assert not any(material.relaxation for material in MATERIALS.values())
 
 
 def test_friction_is_labelled_assumed_wherever_it_shows() -> None:
@@ -68,11 +97,15 @@ def test_far_name_gets_no_suggestion() -> None:
         ("material.young_modulus", {"young_modulus": pascal(float("nan"))}),
         ("material.strength", {"strength": pascal(-1.0)}),
         ("material.density", {"density": pascal(float("inf"))}),
+        ("material.elongation_at_break", {"elongation_at_break": pure(0.0)}),
+        ("material.relaxation[1].share", {"relaxation": (term(0.1, 1.0), term(-0.1, 1.0))}),
+        ("material.relaxation[0].time", {"relaxation": (term(0.1, 0.0),)}),
+        ("material.relaxation", {"relaxation": (term(0.5, 1.0), term(0.5, 2.0))}),
         ("material.poisson_ratio", {"poisson_ratio": pure(0.6)}),
         ("material.poisson_ratio", {"poisson_ratio": pure(-1.0)}),
     ],
 )
-def test_impossible_numbers_are_refused(field: str, numbers: dict[str, Value]) -> None:
+def test_impossible_numbers_are_refused(field: str, numbers: dict[str, object]) -> None:
     sound = Material(name="test", young_modulus=pascal(1e9), poisson_ratio=pure(0.3))
     with pytest.raises(SpecificationError) as caught:
         replace(sound, **cast("dict[str, Any]", numbers))

@@ -9,7 +9,6 @@ from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from rigs.motion import (
     PRELOAD_REACH,
     Stroke,
-    gauge_lengths,
     planned_duration,
     planned_rows,
     planned_strokes,
@@ -29,6 +28,7 @@ from rigs.protocol import (
     Target,
     Zero,
 )
+from rigs.specimen import gauge_lengths
 
 GAUGES: dict[Axis, float] = {"C": 0.05, "W": 0.04}
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
@@ -77,6 +77,16 @@ def test_the_rate_of_a_grip_is_half_that_of_its_pair() -> None:
     pair = planned_duration(protocol(to_strain(0.4, "C")), GAUGES)
     grip = planned_duration(protocol(to_strain(0.4, "C"), speed_ref="grip"), GAUGES)
     assert pair == pytest.approx(2.0 * grip)
+
+
+def test_where_one_grip_stands_the_rate_of_a_grip_is_that_of_its_pair() -> None:
+    ramp = to_strain(0.4, "W")
+    pair, grip = (
+        Protocol(specimen=SPECIMEN, rig="uniaxial-frame", mount="W", others="free", speed_ref=which, steps=(ramp,))
+        for which in ("pair", "grip")
+    )
+    assert planned_duration(pair, {"W": 0.04}) == planned_duration(grip, {"W": 0.04}) == pytest.approx(80.0)
+    assert next(strokes(pair, {"W": 0.04})).end == {"W": pytest.approx(0.016)}
 
 
 def test_a_cycle_is_a_stretch_and_a_recovery_each_time_and_the_set_counts_up() -> None:

@@ -11,7 +11,7 @@ import trimesh
 from app.printing.checks import Check, printer_checks, surface_checks
 from app.printing.fibres import Fibre, make_fibres, specimen_fibres
 from app.printing.gap import mesh_gap
-from app.rig_data import printer_names, read_printer_data
+from app.printing.printers import printer_names, read_printer_data
 from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 
@@ -188,6 +188,9 @@ def test_a_printer_of_ones_own(tmp_path: Path) -> None:
     assert read_printer_data(str(path)).printer == "mine"
     path.write_text(text.replace("value: 1.875e-5", "value: 0.0"), encoding="utf-8")
     with pytest.raises(SpecificationError, match=r"layer_height: found 0\.0, allowed a length above 0 m"):
+        read_printer_data(str(path))
+    path.write_text(text.replace("unit: m", "unit: mm", 1), encoding="utf-8")
+    with pytest.raises(SpecificationError, match=r"layer_height\.unit: found 'mm', allowed m"):
         read_printer_data(str(path))
     path.write_text(text.replace("clearance:", "clear:"), encoding="utf-8")
     with pytest.raises(FormatError, match=r"mine\.yaml:24"):

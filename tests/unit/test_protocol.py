@@ -30,6 +30,7 @@ SPECIMEN: dict[str, Any] = {
     "material": "RGD8530-DM",
 }
 CYCLE: dict[str, Any] = {"axes": ("C", "W"), "lower": 0.0, "upper": 0.4, "rate": 2e-4, "n": 2}
+FRAME: dict[str, Any] = {"rig": "uniaxial-frame", "mount": "W", "others": "free", "steps": (Zero(),)}
 PRELOAD: dict[str, Any] = {"axes": ("C",), "force": 0.05, "rate": 2e-4}
 
 
@@ -56,6 +57,9 @@ def test_a_plain_protocol_has_the_labs_defaults() -> None:
     [
         (lambda: SpecimenSpec(**SPECIMEN | {"knit": "garter"}), "knit"),
         (lambda: SpecimenSpec(**SPECIMEN | {"rows": 0}), "rows"),
+        (lambda: SpecimenSpec(**SPECIMEN | {"layers": 2}), "layers"),
+        (lambda: SpecimenSpec(**SPECIMEN | {"knit": "volumetric-default", "layers": 0}), "layers"),
+        (lambda: SpecimenSpec(**SPECIMEN | {"knit": "volumetric-default", "layers": 200, "rows": 9}), "loops"),
         (lambda: SpecimenSpec(**SPECIMEN | {"rows": 200, "loops": 200}), "loops"),
         (lambda: SpecimenSpec(**SPECIMEN | {"loop_width": 0.0}), "loop_width"),
         (lambda: SpecimenSpec(**SPECIMEN | {"loop_width": float("nan")}), "loop_width"),
@@ -82,6 +86,13 @@ def test_a_plain_protocol_has_the_labs_defaults() -> None:
         (lambda: whole(steps=(Repeat(n=10_000, steps=(Cycle(**CYCLE | {"n": 100}),)),)), "steps"),
         (lambda: whole(name="a/b"), "name"),
         (lambda: whole(max_strain_increment=0.0), "max_strain_increment"),
+        (lambda: whole(others="free"), "others"),
+        (lambda: whole(mount="C"), "mount"),
+        (lambda: whole(**FRAME | {"mount": None}), "mount"),
+        (lambda: whole(**FRAME | {"mount": "P"}), "mount"),
+        (lambda: whole(**FRAME | {"others": "hold"}), "others"),
+        (lambda: whole(**FRAME | {"steps": (Zero(), Cycle(**CYCLE))}), "steps[1].cycle.axes"),
+        (lambda: whole(steps=(Cycle(**CYCLE | {"axes": ("P",)}),)), "steps[0].cycle.axes"),
     ],
 )
 def test_a_value_out_of_range_is_refused_where_it_is_said(make: Callable[[], object], field: str) -> None:

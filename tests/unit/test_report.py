@@ -7,11 +7,13 @@ import pytest
 from matplotlib.image import imread
 
 from app import painters, pictures
+from app.compare import compare_runs, compared
 from app.painters import fit_window, vtk_environment
 from app.pictures import knit_frames, marked_frames, specimen_picture
-from app.report import Curves, stress_strain_plot
+from app.report import curves_of, stress_strain_plot
 from app.run_reader import RunReader
 from app.tubes import smooth_curve, tube
+from app.views import FROM_A_CORNER, FROM_ABOVE
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from tests.synthetic_run import SIZE, frame, knit_nodes, make_run, rows
@@ -62,20 +64,57 @@ def test_window_holds_the_whole_tube() -> None:
 def test_frames_are_picked_on_the_way_to_the_first_peak() -> None:
     strains = [0.0, 0.1, 0.2, 0.3, 0.4, 0.2, 0.0, 0.2, 0.4]
     picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate(strains)])
-    assert [(one.time, one.strain_C) for one in picked] == [(0.0, 0.0), (2.0, 0.2), (4.0, 0.4)]
+    assert [(one.time, one.strain["C"]) for one in picked] == [(0.0, 0.0), (2.0, 0.2), (4.0, 0.4)]
     picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate([0.0, 0.2, 0.33])])
-    assert [one.strain_C for one in picked] == [0.0, 0.2, 0.33]
+    assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.33]
     assert len(marked_frames([frame(0.0, 0.0, 1, "Zero")])) == 1
     assert marked_frames([]) == ()
 
 
+def test_the_peak_is_among_the_frames_wherever_it_lies() -> None:
+    strains = [0.0, 0.2, 0.28, 0.3, 0.28]
+    picked = marked_frames([frame(float(k), strain, 1, "Stretch") for k, strain in enumerate(strains)])
+    assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.3]
+
+
+def test_a_corner_shows_the_pile_upright_and_nothing_distorted() -> None:
+    turn = FROM_A_CORNER.turn
+    assert turn @ turn.T == pytest.approx(np.eye(3))
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    course, wale, pile = FROM_A_CORNER.seen(np.eye(3))
+    assert pile[0] == pytest.approx(0.0)
+    assert pile[1] > max(abs(course[1]), abs(wale[1])) > 0.0
+    assert pile[2] > 0.0
+    assert FROM_ABOVE.seen(np.eye(3)) == pytest.approx(np.eye(3))
+
+
+def test_runs_are_compared_by_axis_and_name(run: RunReader, tmp_path: Path) -> None:
+    image = imread(compare_runs([run.path, run.path.parent], tmp_path / "both.png"))
+    assert image.std() > 0.05
+    with pytest.raises(SpecificationError, match="at least one run"):
+        compare_runs([], tmp_path / "none.png")
+
+
+def test_compared_runs_of_one_axis_differ_in_their_dashes(run: RunReader) -> None:
+    lines = compared([run, run], by_modulus=False)
+    assert [(line.label, line.dashes) for line in lines] == [
+        ("course, synthetic", "-"),
+        ("wale, synthetic", "-"),
+        ("course, synthetic", "--"),
+        ("wale, synthetic", "--"),
+    ]
+    assert len({line.colour for line in lines}) == 2
+    assert {line.scale for line in lines} == {1e-3}
+
+
 def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> None:
-    curves = Curves(run)
-    found = [(cycle, style) for cycle, style, _ in curves.branches()]
-    assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
-    strain, stress = curves.stress_strain("W")
-    assert strain.max() == pytest.approx(0.4, abs=1e-3)
-    assert stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
+    course, wale = curves_of(run)
+    assert (course.axis, wale.axis) == ("C", "W")
+    for curve in (course, wale):
+        found = [(cycle, style) for cycle, style, _ in curve.branches()]
+        assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
+    assert wale.strain.max() == pytest.approx(0.4, abs=1e-3)
+    assert wale.stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
     image = imread(stress_strain_plot(run, tmp_path / "plot.png"))
     assert image.shape[0] > 800
     assert image.std() > 0.05
@@ -87,18 +126,17 @@ def test_no_line_is_drawn_across_a_zeroing(tmp_path: Path) -> None:
     moment = made[20].time
     middle = replace(made[20], phase="Zero")
     zeroed = make_run(tmp_path / "run.h5", [*made[:21], middle, *made[21:]], zeroed=moment)
-    curves = Curves(zeroed)
-    pieces = list(curves.branches())
+    course, _ = curves_of(zeroed)
+    pieces = list(course.branches())
     assert [style for _, style, _ in pieces] == ["-", "--"]
-    step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.gauge_C
+    step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.extents["C"]
     for _, _, found in pieces:
-        strain, _ = curves.stress_strain("C")
-        assert np.abs(np.diff(strain[found])).max() < step
+        assert np.abs(np.diff(course.strain[found])).max() < step
 
 
 def test_a_run_cut_off_is_plotted_from_its_equilibria(tmp_path: Path) -> None:
     cut_off = make_run(tmp_path / "run.h5", sampled=False)
-    assert Curves(cut_off).time.tolist() == cut_off.trace.columns["time"].tolist()
+    assert curves_of(cut_off)[0].time.tolist() == cut_off.trace.columns["time"].tolist()
     assert stress_strain_plot(cut_off, tmp_path / "plot.png").exists()
 
 

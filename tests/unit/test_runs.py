@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from app.export import export_log
-from app.rig_data import read_biaxial_data
+from app.rig_data import read_machine
 from app.run_folder import make_run_folder, whole_file, write_whole
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import FormatError, SpecificationError
-from rigs.biaxial_data import stage_instrument
-from rigs.record import UNITS, Outcome, trace_of
-from tests.synthetic_run import SIZE, knit_nodes, make_run, row, rows
+from rigs.catalogue import MachineName
+from rigs.machine import instrument_of
+from rigs.record import Outcome, trace_of, units
+from tests.synthetic_run import BOTH, SIZE, knit_nodes, make_run, row, rows, stage_instrument
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,8 +29,9 @@ def writer(path: Path) -> RunWriter:
         path,
         protocol="name: ü\n",
         size=SIZE,
+        axes=BOTH,
         node_count=4,
-        instrument=stage_instrument(read_biaxial_data()),
+        instruments=[stage_instrument()],
         provenance={"seed": 1},
     )
 
@@ -52,26 +54,26 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     assert run.provenance["seed"] == 7
     assert run.provenance["thickness_convention"] == "unit"
     assert (run.trace.phase, run.trace.tag) == (trace.phase, trace.tag)
-    for name in UNITS:
+    for name in units(BOTH):
         assert run.trace.columns[name].tolist() == trace.columns[name].tolist()
     frames = run.frames()
-    assert [round(frame.strain_C, 6) for frame in frames] == [0.0, 0.2, 0.4]
+    assert [round(frame.strain["C"], 6) for frame in frames] == [0.0, 0.2, 0.4]
     assert frames[2].nodes.tolist() == knit_nodes(0.4).tolist()
     assert len(frames[0].axial_strain) == len(frames[0].nodes) - 1
-    assert run.samples is not None
-    assert run.samples.measured["XForce"].shape == run.samples.time.shape
-    assert run.samples.units["XForce"] == "N"
-    assert run.samples.tag[0] == "equibiaxial"
+    samples = run.samples["biaxial-hook"]
+    assert samples.measured["XForce"].shape == samples.time.shape
+    assert (samples.units["XForce"], samples.reads["XForce"]) == ("N", "force_C")
+    assert samples.tag[0] == "equibiaxial"
 
 
 def test_layout_is_the_documented_one(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5") as file:
         assert set(file) >= {"equilibria", "channels", "frames", "protocol"}
-        assert set(file["equilibria"]) == {*UNITS, "phase", "tag"}
+        assert set(file["equilibria"]) == {*units(BOTH), "phase", "tag"}
         assert file["equilibria/force_C"].attrs["units"] == "N"
-        assert file["channels/XForce"].attrs["units"] == "N"
-        assert set(file["channels/clean"]) == {"XDisplacement", "YDisplacement", "XForce", "YForce"}
+        assert file["channels/biaxial-hook/XForce"].attrs["units"] == "N"
+        assert set(file["channels/biaxial-hook/clean"]) == {"XDisplacement", "YDisplacement", "XForce", "YForce"}
         assert file["equilibria/cycle"].dtype.kind == "i"
         assert file["outcome"].attrs["end"] == b"target"
 
@@ -91,7 +93,7 @@ def test_a_run_that_goes_on_can_be_looked_into(tmp_path: Path) -> None:
         seen = RunReader(tmp_path / "run.h5")
     assert len(seen.trace) == 3
     assert seen.outcome.end == "abort"
-    assert seen.samples is None
+    assert seen.samples == {}
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
@@ -120,7 +122,7 @@ KILLED = textwrap.dedent(
             run.append(replace(row(float(k), 0.1, 1, "Stretch"), tag=f"tag {k // 50}"))
             if k % 10 == 0:
                 run.add_frame(Frame(time=float(k), nodes=np.full((4, 3), 1.0 + k), axial_strain=np.ones(3),
-                                    strain_C=0.1, strain_W=0.1, cycle=1, phase="Stretch"))
+                                    strain={"C": 0.1, "W": 0.1}, cycle=1, phase="Stretch"))
             print(k, flush=True)
     """
 )
@@ -177,28 +179,31 @@ def _fail_half_way(path: Path) -> None:
 
 def test_log_is_exported_from_the_record(tmp_path: Path) -> None:
     run = make_run(tmp_path / "run.h5")
-    lines = export_log(run, tmp_path / "stage.csv").read_bytes().split(b"\r\n")
+    lines = export_log(run, tmp_path / "new" / "stage.csv", "biotester").read_bytes().split(b"\r\n")
     assert lines[0].startswith(b"SetName,Cycle,Time_S")
-    assert run.samples is not None
-    assert len(lines) == len(run.samples.time) + 2
+    assert len(lines) == len(run.samples["biaxial-hook"].time) + 2
     assert lines[1].startswith(b"equibiaxial,1-Preload,0.000,22.0,")
     assert lines[1].endswith(b",0,0,0.00,0.00")
     with pytest.raises(SpecificationError, match="one of biotester"):
         export_log(run, tmp_path / "x.csv", "none")
     cut_off = make_run(tmp_path / "cut.h5", sampled=False)
     with pytest.raises(SpecificationError, match="sampled to its end"):
-        export_log(cut_off, tmp_path / "x.csv")
+        export_log(cut_off, tmp_path / "x.csv", "biotester")
 
 
-def test_rig_data_says_where_every_number_comes_from() -> None:
-    data = read_biaxial_data()
+@pytest.mark.parametrize("machine", ["biaxial-hook", "uniaxial-frame"])
+def test_rig_data_says_where_every_number_comes_from(machine: MachineName) -> None:
+    data = read_machine(machine)
     assert data.carriage.speed.value == 0.2e-3
     assert not data.carriage.speed.assumed
     assert data.load_cell.limit.assumed
     parts = (data.carriage, data.pole, data.load_cell, data.encoder, data.clock, data.convention)
     for part in parts:
         for name in part.__slots__:
-            assert getattr(part, name).source
+            datum = getattr(part, name)
+            assert datum is None or datum.source
+    # Of the stage nothing is known beyond what every machine must have.
+    assert (data.carriage.capacity is None) == (machine == "biaxial-hook")
 
 
 @pytest.mark.parametrize(
@@ -216,7 +221,29 @@ def test_bad_rig_data_is_refused_with_its_line(tmp_path: Path, old: str, new: st
     bad = tmp_path / "bad.yaml"
     bad.write_text(text.replace(old, new))
     with pytest.raises(FormatError, match=message):
-        read_biaxial_data(bad)
+        read_machine("biaxial-hook", bad)
+
+
+def test_rig_data_of_another_machine_is_refused() -> None:
+    with pytest.raises(FormatError, match="the numbers of uniaxial-frame"):
+        read_machine("uniaxial-frame", ROOT / "rigs" / "data" / "biaxial_hook.yaml")
+
+
+def test_a_frame_bears_no_more_than_its_capacity() -> None:
+    data = read_machine("uniaxial-frame")
+    limits = {channel.name: channel.limit for channel in instrument_of("uniaxial-frame", data, ["P"], 1.0).channels}
+    assert limits == {"Displacement": 0.6, "Force": 500.0}
+    strong = replace(data.load_cell, limit=replace(data.load_cell.limit, value=5e3))
+    _, force = instrument_of("uniaxial-frame", replace(data, load_cell=strong), ["P"], 1.0).channels
+    assert force.limit == 2e3
+
+
+def test_a_record_of_another_layout_is_refused(tmp_path: Path) -> None:
+    make_run(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file.attrs["layout"] = 1
+    with pytest.raises(FormatError, match="a run in layout 2"):
+        RunReader(tmp_path / "run.h5")
 
 
 def test_row_is_flushed_before_append_returns(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, to_yaml
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import Stitch
+from knitlab_core.knits import Stitch, VolumetricStitch
 from rigs.protocol import Cycle, Ramp, Zero
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -56,7 +56,7 @@ BAD = [
     Bad("n: 2}", "n: 2, control: force}", 16, 69, "(control is not available yet)"),
     Bad("{strain: ", "{force: 1 N, strain: ", 15, 28, "(force is not available yet)"),
     # What is missing
-    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook"),
+    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook or uniaxial-frame"),
     Bad("  loop: 8 mm\n", "", 4, 3, "specimen.loop: found nothing, allowed a length with its unit, such as 8 mm"),
     Bad("others: hold\n", "", 1, 1, "others: found nothing, allowed hold"),
     Bad(", rate: 0.2 mm/s, n: 2", ", n: 2", 16, 12, "steps[2].cycle.rate: found nothing, allowed a speed"),
@@ -78,6 +78,8 @@ BAD = [
     Bad("[4, 5]", "[4, 5.5]", 5, 14, "specimen.loops[1]: found 5.5, allowed a whole number"),
     Bad("[4, 5]", "[4]", 5, 10, "specimen.loops: found a list, allowed [rows, loops in a row]"),
     Bad("[4, 5]", "6", 5, 10, "specimen.loops: found 6, allowed [rows, loops in a row]"),
+    Bad("[4, 5]", "[4, 5, 1]", 5, 10, "specimen.loops: found a list, allowed [rows, loops in a row] of a planar knit"),
+    Bad("[4, 5]", "[4, 5, 2]", 5, 10, "specimen.loops: found 2, allowed 1: a planar knit has one layer"),
     Bad("[4, 5]", "[0, 5]", 5, 10, "specimen.loops: found 0, allowed a whole number from 1 to 200"),
     Bad("friction: 0.3", "friction: high", 8, 13, "specimen.friction: found 'high', allowed a coefficient"),
     Bad("friction: 0.3", "friction: -1", 8, 13, "specimen.friction: found -1.0, allowed a coefficient from 0 to 2"),
@@ -85,7 +87,7 @@ BAD = [
     Bad("n: 2}", "n: true}", 16, 66, "steps[2].cycle.n: found true, allowed a whole number"),
     Bad("noise: off", "noise: loud", 11, 27, "log.noise: found 'loud', allowed on or off"),
     Bad("[C]", "C", 16, 19, "steps[2].cycle.axes: found 'C', allowed a list of axes"),
-    Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C and W, each once"),
+    Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C, W and P, each once"),
     Bad("{for: 10 s}", "10 s", 17, 11, "steps[3].hold: found '10 s', allowed a mapping of fields: for, tag"),
     Bad(
         '{strain: "${pre}"}', '"${pre}"', 15, 27, "steps[1].ramp.to: found 0.2, allowed a target, such as {strain: 0.4}"
@@ -99,21 +101,32 @@ BAD = [
     ),
     Bad("others:", "name: a/b\nothers:", 10, 7, "name: found a/b, allowed up to 64 letters"),
     # Words that are not among the known ones
-    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook (did you mean biaxial-hook?)"),
+    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook or uniaxial-frame (did"),
     Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
-    Bad("others: hold", "others: free", 10, 9, "others: found 'free', allowed hold (free is not available yet)"),
+    Bad("others: hold", "others: free", 10, 9, "others: found free, allowed hold on biaxial-hook"),
+    Bad("others: hold", "others: follow", 10, 9, "found 'follow', allowed hold or free (follow is not available yet)"),
     Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
-    Bad("[C]", "[P]", 16, 20, "steps[2].cycle.axes[0]: found 'P', allowed C or W (P is not available yet)"),
+    Bad("[C]", "[P]", 16, 19, "steps[2].cycle.axes: found P, allowed what is driven: C and W"),
+    Bad("[C]", "[Q]", 16, 20, "steps[2].cycle.axes[0]: found 'Q', allowed C, W or P"),
     Bad("RGD8530-DM", "RGD8350-DM", 7, 13, "specimen.material: found RGD8350-DM, allowed"),
     Bad("plain-knit", "plainknit", 4, 9, "specimen.knit: found plainknit, allowed one of stockinette-default"),
     Bad("hold: {", "hodl: {", 17, 5, "steps[3]: found step 'hodl', allowed a step: zero, preload"),
     Bad("hold: {", "until_rupture: {", 17, 5, "(until_rupture is not available yet)"),
     Bad("- hold: {for: 10 s}", "- hold", 17, 5, "steps[3]: found 'hold', allowed a step"),
     Bad("friction: 0.3", "hook: wire", 8, 9, "specimen.hook: found 'wire', allowed pin (wire is not available yet)"),
+    # Rigs
+    Bad("rig: ", "mount: C\nrig: ", 2, 8, "mount: found C, allowed no mount: biaxial-hook drives C and W"),
+    Bad("rig: biaxial-hook", "rig: uniaxial-frame", 1, 1, "mount: found nothing, allowed C or W: the axis along the"),
+    Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: P", 3, 8, "mount: found P, allowed C or W: the axis along"),
+    Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: C", 11, 9, "others: found hold, allowed free on uniaxial-fr"),
     # Stitch values
     Bad("plain-knit", STITCH.replace("0.05}", "-0.05}"), 4, 85, "specimen.knit.fibre_radius: found -0.05, allowed"),
     Bad("plain-knit", STITCH.replace("0.05}", "1 s}"), 4, 85, "found '1 s', allowed a number of loop widths"),
     Bad("plain-knit", STITCH.replace("1.5", "12 mm"), 4, 21, "specimen.knit.curvature: found a length, allowed a pure"),
+    Bad("plain-knit", "volumetric-default", 5, 10, "specimen.loops: found a list, allowed [rows, loops in a row, la"),
+    Bad("plain-knit", "{wale_height: 1.6}", 4, 9, "specimen.knit.curvature: found nothing, allowed a pure number"),
+    Bad("plain-knit", "{wale_height: 1.6, height: 1}", 4, 28, "specimen.knit.height: found an unknown field, allowed"),
+    Bad("plain-knit", "{wale_height: 1.6, height: 1}", 4, 28, "depth, row_spacing, layer_spacing, fibre_radius"),
     Bad("plain-knit", "{curvature: 1.5}", 4, 9, "specimen.knit.height: found nothing, allowed a number of loop"),
     # Parameters
     Bad("{pre: 0.2}", "{per: 0.2}", 15, 36, "found '${pre}', allowed a name under params: per (did you mean per?)"),
@@ -245,11 +258,50 @@ def test_an_error_found_later_is_placed(field: str, line: int, column: int) -> N
     assert "found strands 0.1 mm apart, allowed more than 0.8 mm" in str(error)
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(EXAMPLES.rglob("*.yaml")), ids=lambda path: path.stem)
 def test_examples_read_back(path: Path) -> None:
     protocol = load(path).protocol
     assert from_yaml(to_yaml(protocol)) == protocol
     assert protocol.name == path.stem
+
+
+FRAME = (
+    GOOD.replace("biaxial-hook", "uniaxial-frame\nmount: W")
+    .replace("others: hold", "others: free")
+    .replace("[C]", "[W]")
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (
+            "axes: [W], lower",
+            "axes: [C], lower",
+            "p.yaml:17:19: steps[2].cycle.axes: found C, allowed what is driven: W",
+        ),
+        (
+            "- hold: {for: 10 s}",
+            "- repeat: {n: 2, steps: [hold: {for: 1 s}, ramp: {axes: [W, C], to: {strain: 0}, rate: 1 mm/s}]}",
+            "p.yaml:18:59: steps[3].repeat.steps[1].ramp.axes: found C, allowed what is driven: W",
+        ),
+    ],
+)
+def test_a_step_may_drive_only_what_is_mounted(old: str, new: str, says: str) -> None:
+    assert from_yaml(FRAME).axes == ("W",)
+    assert str(error_of(FRAME.replace(old, new))).startswith(says)
+
+
+def test_volumetric_stitch_values_may_be_lengths_too() -> None:
+    values = (
+        "{curvature: 1.5, wale_height: 1.6, pile_height: 12.8 mm, depth: 0.25, row_spacing: 1.1, layer_spacing: 10 mm"
+    )
+    text = GOOD.replace("plain-knit", values + ", fibre_radius: 0.05}").replace("[4, 5]", "[2, 3, 4]")
+    spec = from_yaml(text).specimen
+    assert isinstance(spec.knit, VolumetricStitch)
+    assert (spec.rows, spec.loops, spec.layers) == (2, 3, 4)
+    assert (spec.knit.pile_height, spec.knit.layer_spacing) == pytest.approx((1.6, 1.25))
+    assert from_yaml(to_yaml(from_yaml(text))) == from_yaml(text)
 
 
 def test_the_published_schema_knows_every_step() -> None:

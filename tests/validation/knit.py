@@ -20,6 +20,7 @@ from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, planar_specime
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from knitlab_core.contact.bonds import BondLaw
     from knitlab_core.equilibrium.newton import Options
 
 FloatArray = NDArray[np.float64]
@@ -83,6 +84,7 @@ def make_knit(
     loop_width: float = LOOP_WIDTH,
     young_modulus: float = YOUNG_MODULUS,
     nodes_per_loop: int = 48,
+    bonds: BondLaw | None = None,
 ) -> Knit:
     """Make size x size loops of the default stockinette with pins on its edges."""
     stitch = NAMED_STITCHES["stockinette-default"]
@@ -93,6 +95,7 @@ def make_knit(
         young_modulus=young_modulus,
         poisson_ratio=POISSON_RATIO,
         friction=friction,
+        bonds=bonds,
     )
     gauge = np.zeros(2)
     for edge, axis, share in EDGES:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -8,9 +9,11 @@ import pytest
 from app.printing.checks import printer_checks, surface_checks
 from app.printing.fibres import Fibre, specimen_fibres
 from app.printing.gap import mesh_gap
+from app.printing.printers import read_printer_data
 from app.printing.slices import Slicer, sliced_volume
-from app.rig_data import read_printer_data
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Specimen, planar_specimen, volumetric_specimen
+from knitlab_core.knits.fibre_clearance import check_fibres
+from knitlab_core.knits.fibres import same_area
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,6 +59,18 @@ def test_every_check_of_the_6x6_is_met(specimen: Specimen, fibre: Fibre) -> None
     checks = surface_checks([fibre], 1e3 * ERROR)
     checks += printer_checks([fibre], read_printer_data("j35"), 1e3 * specimen.clearance)
     assert [check.name for check in checks if not check.met] == []
+
+
+def test_a_yarn_of_three_fibres(bar: Callable[..., None]) -> None:
+    yarn = replace(same_area(0.05, 3, gap=0.8), twist=6.0)
+    stitch = NAMED_STITCHES["stockinette-default"]
+    specimen = planar_specimen(stitch, rows=2, loops=2, loop_width=8e-3, yarn=yarn)
+    fibres = specimen_fibres(specimen, ERROR)
+    assert len(fibres) == 3
+    assert [check.name for check in surface_checks(fibres, 1e3 * ERROR) if not check.met] == []
+    inside = 8e-3 * check_fibres(specimen.centreline, yarn, loop_width=8e-3).inside
+    error = (1e-3 * mesh_gap(fibres) - inside) / ERROR
+    bar("print 3-ply 2x2: gap of the meshes, in chord errors", error, 2.0, "1", "distance of fibres less 2r")
 
 
 @pytest.mark.slow

@@ -21,12 +21,14 @@ class Road:
     def __init__(self, *, longest: float = 1.0, rough: tuple[float, float] = (0.0, 1.0), iterations: int = 3) -> None:
         self.longest, self.rough, self.iterations = longest, rough, iterations
         self.tried: list[tuple[float, float]] = []
+        self.durations: list[float] = []
 
     def advance(
-        self, _: Workspace, state: State, target: np.ndarray[Any, Any], __: Options | None
+        self, _: Workspace, state: State, target: np.ndarray[Any, Any], __: Options | None, *, duration: float
     ) -> tuple[State | None, Report]:
         begin, end = float(state.increment[0, 0]), float(target[0, 0])
         self.tried.append((begin, end))
+        self.durations.append(duration)
         report = replace(REPORT, iterations=self.iterations)
         if end - begin > self.longest * (1.0 + 1e-9) and begin < self.rough[1] and end > self.rough[0]:
             return None, replace(report, converged=False, residual=0.5)
@@ -44,6 +46,15 @@ def test_even_steps_end_on_one(monkeypatch: pytest.MonkeyPatch, longest: float, 
     found = walk(Road(), monkeypatch, longest)
     assert found[-1] == 1.0
     np.testing.assert_allclose(found, np.arange(1, count + 1) / count, rtol=1e-12)
+
+
+def test_steps_share_the_time_evenly(monkeypatch: pytest.MonkeyPatch) -> None:
+    road = Road(longest=0.125)
+    monkeypatch.setattr(march_module, "advance", road.advance)
+    model, state = strand()
+    list(march(Workspace(model), state, lambda s: np.full_like(state.q, s), longest=0.25, duration=8.0))
+    np.testing.assert_allclose(road.durations, [8.0 * (end - begin) for begin, end in road.tried])
+    assert {1.0, 2.0} == set(road.durations)
 
 
 def test_a_failed_step_is_halved_until_it_succeeds(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,14 +1,24 @@
-"""Hold the numbers of the biaxial stage, each with its source."""
+"""Hold the numbers of a machine, each with its source, and the instrument that reads it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rigs.instruments import Channel, Instrument
 
 if TYPE_CHECKING:
-    from rigs.protocol import Channel as Kind
+    from collections.abc import Mapping, Sequence
+
+    from rigs.catalogue import MachineName
+    from rigs.steps import Axis
+    from rigs.steps import Channel as Kind
+
+CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
+    "biaxial-hook": {"C": "X", "W": "Y"},
+    "uniaxial-frame": {"C": "", "W": "", "P": ""},
+}
+"""What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,12 +45,17 @@ class Datum:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Carriage:
-    """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N]."""
+    """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N].
+
+    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit.
+    """
 
     speed: Datum
     max_speed: Datum
     travel: Datum
     compliance: Datum
+    min_speed: Datum | None = None
+    capacity: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +67,15 @@ class Pole:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m]."""
+    """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m].
+
+    Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is not simulated.
+    """
 
     limit: Datum
     noise: Datum
     resolution: Datum
+    accuracy: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,13 +95,13 @@ class Convention:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BiaxialData:
-    """Hold every number of the stage.
+class MachineData:
+    """Hold every number of a machine.
 
     Attributes
     ----------
     rig : str
-        Name in protocols.
+        Name of the machine.
     carriage, pole, load_cell, encoder, clock, convention : dataclass
         The parts.
     """
@@ -96,15 +115,19 @@ class BiaxialData:
     convention: Convention
 
 
-def stage_instrument(data: BiaxialData, rate: float | None = None) -> Instrument:
-    """Put the stage's four channels on its clock: x is the course, y the wale.
+def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis], rate: float) -> Instrument:
+    """Put the channels of a machine on its clock.
 
     Parameters
     ----------
-    data : BiaxialData
-        The stage's numbers.
-    rate : float or None
-        Rate the protocol asks for [Hz]; None for the stage's own.
+    machine : MachineName
+        The machine.
+    data : MachineData
+        Its numbers.
+    axes : sequence of Axis
+        The axes that it drives.
+    rate : float
+        Rate of its log [Hz].
 
     Returns
     -------
@@ -117,15 +140,23 @@ def stage_instrument(data: BiaxialData, rate: float | None = None) -> Instrument
     )
     channels = tuple(
         Channel(
-            name=f"{letter}{kind.capitalize()}",
+            name=f"{CHANNELS[machine][axis]}{kind.capitalize()}",
             reads=f"{kind}_{axis}",
             kind=kind,
             unit=unit,
-            limit=sensor.limit.value,
+            limit=_limit(data, sensor),
             noise=sensor.noise.value,
             resolution=sensor.resolution.value,
         )
         for kind, sensor, unit in parts
-        for letter, axis in (("X", "C"), ("Y", "W"))
+        for axis in axes
     )
-    return Instrument(channels=channels, rate=data.clock.rate.value if rate is None else rate)
+    return Instrument(name=machine, channels=channels, rate=rate)
+
+
+def _limit(data: MachineData, sensor: Sensor) -> float:
+    """Return the largest reading of a sensor: a load cell's frame may bear less than the cell."""
+    bears = data.carriage.capacity
+    if sensor is data.load_cell and bears is not None:
+        return min(sensor.limit.value, bears.value)
+    return sensor.limit.value

@@ -1,0 +1,101 @@
+"""Put the loading curves of several runs into one figure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from app.report import COLOURS, NAMES, curves_of, finish, stress_label
+from app.run_reader import RunReader
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.report import Curve
+
+#: Runs on the same axis are told apart by their dashes, in this order.
+DASHES = ("-", "--", "-.", ":")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compared:
+    """Hold one axis of one run: what the legend calls it, its colour and dashes, and what stress is divided by."""
+
+    label: str
+    colour: str
+    dashes: str
+    curve: Curve
+    scale: float
+
+
+def read_run(path: Path) -> RunReader:
+    """Open a run by its folder or by its file."""
+    return RunReader(path / "run.h5" if path.is_dir() else path)
+
+
+def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) -> Path:
+    """Plot stress over strain of every driven axis of several runs.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Run folders, or their ``run.h5``.
+    out : Path
+        Where the figure shall stand; its suffix chooses the format.
+    by_modulus : bool
+        Divide the stress by Young's modulus of the run's yarn.
+
+    Returns
+    -------
+    Path
+        The figure.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no run, or a run has no row.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
+
+    runs = [read_run(path) for path in paths]
+    if not runs:
+        raise SpecificationError("runs", 0, "at least one run to plot")
+    figure = Figure(figsize=(7.4, 5.4), layout="constrained")
+    axes = figure.subplots()
+    for one in compared(runs, by_modulus=by_modulus):
+        label: str | None = one.label
+        # Noise on a stress that is yet nought would hide behind no line: every branch is drawn.
+        for cycle, style, rows in one.curve.branches():
+            light = 1.0 if cycle == int(one.curve.cycle[0]) and style == "-" else 0.45
+            strain, stress = 100.0 * one.curve.strain[rows], one.scale * one.curve.stress[rows]
+            axes.plot(strain, stress, one.dashes, color=one.colour, alpha=light, lw=1.8, label=label)
+            label = None
+    thickness = {stress_label(run.size) for run in runs}
+    words = thickness.pop() if len(thickness) == 1 else "effective stress [kPa]"
+    axes.set_xlabel("effective strain [%]", fontsize=12)
+    axes.set_ylabel(words.replace("stress [kPa]", "stress / Young's modulus [1]") if by_modulus else words, fontsize=12)
+    axes.legend(frameon=False, fontsize=11, loc="upper left")
+    return finish(figure, [axes], out)
+
+
+def compared(runs: Sequence[RunReader], *, by_modulus: bool) -> list[Compared]:
+    """Return what is drawn; runs that pull the same axis get dashes of their own."""
+    lines: list[Compared] = []
+    for run in runs:
+        name = str(run.provenance.get("name", run.path.parent.name))
+        scale = 1.0 / float(str(run.provenance["material.young_modulus"])) if by_modulus else 1e-3
+        for curve in curves_of(run):
+            colour = COLOURS[curve.axis]
+            same = sum(line.colour == colour for line in lines)
+            lines.append(
+                Compared(
+                    label=f"{NAMES[curve.axis]}, {name}",
+                    colour=colour,
+                    dashes=DASHES[same % len(DASHES)],
+                    curve=curve,
+                    scale=scale,
+                )
+            )
+    return lines

@@ -1,0 +1,77 @@
+"""Find materials: those of the catalogue, and those a user brings in a file.
+
+A protocol that uses its own names the file next to it, and the material by its name there:
+
+    materials: my-resins.yaml
+    specimen: {material: my-resin, ...}
+"""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from app.schemas.document import parse_text, read_text
+from app.schemas.materials import to_materials
+from knitlab_core.errors import SpecificationError
+from knitlab_core.materials import MATERIALS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from knitlab_core.materials import Material
+
+_ALLOWED: Final = "a YAML file in the protocol's folder or below it, such as my-resins.yaml"
+
+
+def load_materials(path: Path) -> Mapping[str, Material]:
+    """Return the materials of a file, by name.
+
+    Parameters
+    ----------
+    path : Path
+        A YAML file of schema ``knitlab/materials@1``.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line with file, line and column.
+    """
+    return MappingProxyType(to_materials(parse_text(read_text(path, "materials"), str(path), "materials")))
+
+
+def known_materials(path: Path | None = None) -> Mapping[str, Material]:
+    """Return the catalogue, and with it the materials of a file; no file can redefine a name of the catalogue."""
+    return MATERIALS if path is None else MappingProxyType({**MATERIALS, **load_materials(path)})
+
+
+def materials_file(protocol: Path, name: str) -> Path:
+    """Return the file that a protocol means by `materials: name`.
+
+    Parameters
+    ----------
+    protocol : Path
+        The protocol's file.
+    name : str
+        A path from the protocol's folder downwards, with forward slashes.
+
+    Raises
+    ------
+    SpecificationError
+        For an absolute path, one that leads out of the folder, also by a link, or one that is not YAML.
+
+    Examples
+    --------
+    >>> materials_file(Path("tests/p.yaml"), "own/resins.yaml").as_posix()
+    'tests/own/resins.yaml'
+    """
+    plain = PurePosixPath(name)
+    outside = plain.is_absolute() or ".." in plain.parts or any(sign in name for sign in "\\:\0")
+    if outside or plain.suffix not in {".yaml", ".yml"}:
+        raise SpecificationError("materials", name, _ALLOWED)
+    folder = protocol.parent
+    path = folder / plain
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise SpecificationError("materials", name, _ALLOWED)
+    return path

@@ -1,0 +1,237 @@
+"""Describe the YAML of materials a user brings, and turn it into the domain's materials.
+
+Ranges are the business of `knitlab_core.materials`; here stand structure, units and the spots of errors.
+"""
+
+from __future__ import annotations
+
+import re
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+
+from pydantic import Field, StringConstraints, ValidationError
+
+from app.schemas.document import dotted
+from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.models import Model
+from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
+from app.units import allowed
+from knitlab_core.errors import SpecificationError
+from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.schemas.document import Document, Place
+
+SCHEMA: Final = "knitlab/materials@1"
+NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+_PART: Final = re.compile(r"[^.\[\]]+")
+_SOURCE = Field(description="where the number was found, or why it was chosen")
+_ASSUMED = Field(default=False, description="true for a choice, false for a figure of its source")
+
+Source = Annotated[str, StringConstraints(min_length=1, strip_whitespace=True)]
+
+
+class StressValue(Model):
+    """Give a stress and its source."""
+
+    value: Stress = Field(description=allowed("stress"))
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
+class DensityValue(Model):
+    """Give a density and its source."""
+
+    value: Density = Field(description=allowed("density"))
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
+class StrainValue(Model):
+    """Give a strain and its source."""
+
+    value: Strain = Field(description=allowed("strain"))
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
+class NumberValue(Model):
+    """Give a pure number and its source."""
+
+    value: float = Field(description="a pure number, such as 0.37")
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
+class TermModel(Model):
+    """Be one term of a Prony series."""
+
+    share: Strain = Field(description="a share of the stiffness above 0 and below 1, such as 0.2 or 20 %")
+    time: Time = Field(description=allowed("time"))
+
+
+class RelaxationModel(Model):
+    """Give a Prony series and its source."""
+
+    terms: list[TermModel] = Field(min_length=1, description="a list of terms, such as [{share: 0.2, time: 10 s}]")
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
+class MaterialModel(Model):
+    """Describe a material."""
+
+    young_modulus: StressValue = Field(description="a mapping such as {value: 2.0 GPa, source: ...}")
+    poisson_ratio: NumberValue = Field(description="a mapping such as {value: 0.37, source: ...}")
+    strength: StressValue | None = Field(default=None, description="a mapping such as {value: 40 MPa, source: ...}")
+    elongation_at_break: StrainValue | None = Field(
+        default=None, description="a mapping such as {value: 15 %, source: ...}"
+    )
+    density: DensityValue | None = Field(
+        default=None, description="a mapping such as {value: 1180 kg/m^3, source: ...}"
+    )
+    relaxation: RelaxationModel | None = Field(
+        default=None, description="a mapping such as {terms: [{share: 0.2, time: 10 s}], source: ...}"
+    )
+    note: str = Field(default="", description="a text")
+
+
+class MaterialsModel(Model):
+    """A knitlab materials file: one or more materials by name."""
+
+    schema_id: Literal["knitlab/materials@1"] = Field(alias="schema", description=SCHEMA)
+    materials: dict[str, MaterialModel] = Field(
+        min_length=1, description="a mapping of names to materials, each a mapping of fields"
+    )
+
+
+def to_materials(document: Document) -> dict[str, Material]:
+    """Return the materials of a document.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with them, in one line with file, line and column.
+    """
+    try:
+        model = MaterialsModel.model_validate(document.data)
+    except ValidationError as error:
+        raise _first_error(document, error) from error
+    return {name: _material(name, one, document) for name, one in model.materials.items()}
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a materials file."""
+    schema = MaterialsModel.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _material(name: str, model: MaterialModel, document: Document) -> Material:
+    """Return one material."""
+    place: Place = ("materials", name)
+    if not NAME.fullmatch(name) or name in MATERIALS:
+        expected = "up to 64 letters, digits, dots, dashes and underscores, and no name of the catalogue"
+        raise ProtocolError(document.path, document.spot(place, key=True), dotted(place), shown(name), expected)
+    try:
+        return Material(
+            name=name,
+            young_modulus=_value(model.young_modulus, "Pa"),
+            poisson_ratio=_value(model.poisson_ratio, "1"),
+            strength=None if model.strength is None else _value(model.strength, "Pa"),
+            elongation_at_break=None if model.elongation_at_break is None else _value(model.elongation_at_break, "1"),
+            density=None if model.density is None else _value(model.density, "kg/m**3"),
+            relaxation=() if model.relaxation is None else _terms(model.relaxation),
+            note=model.note,
+        )
+    except SpecificationError as error:
+        raise _placed(document, place, error) from error
+
+
+def _value(model: StressValue | DensityValue | StrainValue | NumberValue, unit: str) -> Value:
+    """Return a value with its source."""
+    return Value(value=model.value, unit=unit, source=model.source, assumed=model.assumed)
+
+
+def _terms(model: RelaxationModel) -> tuple[RelaxationTerm, ...]:
+    """Return the terms of a series, each with the series' source."""
+    return tuple(
+        RelaxationTerm(
+            share=Value(value=term.share, unit="1", source=model.source, assumed=model.assumed),
+            time=Value(value=term.time, unit="s", source=model.source, assumed=model.assumed),
+        )
+        for term in model.terms
+    )
+
+
+def _placed(document: Document, material: Place, error: SpecificationError) -> ProtocolError:
+    """Return an error of the domain with the spot of the number it blames."""
+    # `material.relaxation[0].share` stands under `terms`, any other number under `value`.
+    names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)][1:]
+    if len(names) > 1:
+        names.insert(1, "terms")
+    place: Place = (*material, *names)
+    if (*place, "value") in document.values:
+        place = (*place, "value")
+    return ProtocolError(document.path, document.spot(place), dotted(place), shown(error.found), error.expected)
+
+
+def _first_error(document: Document, error: ValidationError) -> ProtocolError:
+    """Return the error that stands first in the file; what is missing comes after what is wrong."""
+    every = error.errors(include_url=False)
+    # A misspelt field is also a missing one: its own place says more.
+    wrong = [details for details in every if details["type"] != "missing"]
+    errors = [_translate(document, details) for details in wrong or every]
+    return min(errors, key=lambda one: (one.spot.line, one.spot.column))
+
+
+def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
+    """Return one of pydantic's errors in our words."""
+    place: Place = tuple("schema" if part == "schema_id" else part for part in details["loc"])
+    field = dotted(place) or "materials"
+    known = _fields(place[:-1])
+    if details["type"] == "extra_forbidden":
+        expected = f"{', '.join(known)}{nearest(str(place[-1]), known)}"
+        return ProtocolError(document.path, document.spot(place, key=True), field, "an unknown field", expected)
+    found = "nothing" if details["type"] == "missing" else shown(details["input"])
+    return ProtocolError(document.path, document.spot(place), field, found, _phrase(place, known))
+
+
+def _phrase(place: Place, known: Mapping[str, str]) -> str:
+    """Return what is allowed at a place whose neighbours are `known`."""
+    if place and place[-1] in known:
+        return known[str(place[-1])]
+    return f"a mapping of fields: {', '.join(_fields(place))}"
+
+
+def _fields(place: Place) -> dict[str, str]:
+    """Return the fields of the mapping at a place, with what each allows; nothing where names are free."""
+    model: type[Model] | None
+    match place:
+        case ():
+            model = MaterialsModel
+        case ("materials", _):
+            model = MaterialModel
+        case ("materials", _, str(name)):
+            model = _VALUES.get(name)
+        case ("materials", _, "relaxation", "terms", int()):
+            model = TermModel
+        case _:
+            model = None
+    if model is None:
+        return {}
+    return {field.alias or key: field.description or "a value" for key, field in model.model_fields.items()}
+
+
+_VALUES: Final[Mapping[str, type[Model]]] = MappingProxyType(
+    {
+        "young_modulus": StressValue,
+        "poisson_ratio": NumberValue,
+        "strength": StressValue,
+        "elongation_at_break": StrainValue,
+        "density": DensityValue,
+        "relaxation": RelaxationModel,
+    }
+)

@@ -1,0 +1,212 @@
+"""Brittle rupture of a fibre: where it is strained most, when that passes the limit, and what is left.
+
+A test that watches for it does, after every equilibrium of a march:
+
+    if weakest(model, found).strain >= limit:
+        share, state, edge = reach_rupture(work, before, path, limit=limit)
+        work, state = break_fibre(work, state, edge)
+
+and marches on with the new workspace from the new state, or ends there: rupture is an outcome.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.equilibrium.creep import relaxing
+from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.model import Model, State
+from knitlab_core.equilibrium.newton import Options
+from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.rods.rod import Rods
+from knitlab_core.rods.rupture import cut_rods, fibre_strain
+
+OVERSHOOT = 1e-4
+"""How far beyond the limit a fibre is taken when it breaks, relative to the limit."""
+
+MOST_TRIALS = 40
+"""Equilibria sought on the way to a rupture before giving up."""
+
+
+RELEASE = 0.25
+"""Share of the forces at a cut that is let go in one step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spot:
+    """Be the most strained spot of all fibres: its edge and the strain at its surface [1]."""
+
+    edge: int
+    strain: float
+
+
+def weakest(model: Model, state: State, radius: float = 1.0) -> Spot:
+    """Return the most strained spot; of spots strained alike, the first.
+
+    Parameters
+    ----------
+    model : Model
+        Gives the rest shape.
+    state : State
+        An equilibrium.
+    radius : float
+        Radius of a fibre [r]; less than 1 where a rod stands for a yarn of several.
+    """
+    strain = fibre_strain(state.q, model.rods, state.frames, radius)
+    edge = int(np.argmax(strain))
+    return Spot(edge=edge, strain=float(strain[edge]))
+
+
+def reach_rupture(
+    work: Workspace,
+    state: State,
+    path: Callable[[float], FloatArray],
+    *,
+    limit: float,
+    radius: float = 1.0,
+    options: Options | None = None,
+    duration: float = 0.0,
+) -> tuple[float, State | None, int]:
+    """Find where on a step the first fibre reaches its limit.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model.
+    state : State
+        Equilibrium at parameter 0 of the step, below the limit.
+    path : callable
+        Target (N, 4) at a parameter; at 1 the limit is passed.
+    limit : float
+        Strain at which the material breaks [1].
+    radius : float
+        Radius of a fibre [r].
+    options : Options, optional
+        How hard to try.
+    duration : float
+        Time the whole step takes [s].
+
+    Returns
+    -------
+    share, State or None, edge
+        Parameter, equilibrium there, at most `OVERSHOOT` beyond the limit, and the edge that breaks. None where
+        no such equilibrium was found: a step that snaps passes the limit without reaching it.
+
+    Notes
+    -----
+    False position with halving (Illinois). Every trial starts from `state`, so that its number leaves no trace
+    in what friction and relaxation remember.
+    """
+    aim, slack = limit * (1.0 + 0.5 * OVERSHOOT), 0.5 * OVERSHOOT * limit
+    start = weakest(work.model, state, radius)
+    low, high, below, above = 0.0, 1.0, start.strain - aim, np.inf
+    at, side, edge = 1.0, 0, start.edge
+    for _ in range(MOST_TRIALS):
+        found, _ = advance(work, state, path(at), options, duration=at * duration)
+        if found is None:
+            high, above, side = at, np.inf, 0
+        else:
+            spot = weakest(work.model, found, radius)
+            off, edge = spot.strain - aim, spot.edge
+            if abs(off) <= slack:
+                return at, found, edge
+            if off < 0.0:
+                low, below, above = at, off, above * (0.5 if side < 0 else 1.0)
+            else:
+                high, above, below = at, off, below * (0.5 if side > 0 else 1.0)
+            side = -1 if off < 0.0 else 1
+        if low >= high:
+            break
+        at = 0.5 * (low + high) if np.isinf(above) else low + (high - low) * below / (below - above)
+    return at, None, edge
+
+
+def sever(model: Model, edge: int) -> Model:
+    """Cut a fibre: an edge is gone, and its two nodes neither bend, twist nor touch anything.
+
+    Parameters
+    ----------
+    model : Model
+        The model of whole fibres.
+    edge : int
+        Number of the node that the edge leaves.
+
+    Returns
+    -------
+    Model
+        With loose ends there. Angles that nothing turns any more are fixed.
+    """
+    rods = cut_rods(model.rods, edge)
+    return replace(
+        model,
+        rods=rods,
+        samples=model.samples._replace(spans=np.flatnonzero(rods.is_inner)),
+        fixed=model.fixed | _unheld(rods),
+    )
+
+
+def break_fibre(work: Workspace, state: State, edge: int, options: Options | None = None) -> tuple[Workspace, State]:
+    """Cut a fibre and let all that hung on it find its balance, with the fixtures where they are.
+
+    The forces that held the cut together are let go by and by, so that the knit follows instead of being thrown.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model of whole fibres.
+    state : State
+        The equilibrium at which it breaks.
+    edge : int
+        Number of the node that the broken edge leaves.
+    options : Options, optional
+        How hard to try.
+
+    Returns
+    -------
+    Workspace, State
+        Buffers of the cut model and the new equilibrium. What the snap sets free, elastic energy that friction
+        and relaxation do not use up, is added to `fracture_work`.
+
+    Raises
+    ------
+    ConvergenceError
+        If the broken knit finds no equilibrium.
+    """
+    left = Workspace(sever(work.model, edge))
+    left.clock, left.factorisations = work.clock, work.factorisations
+    left.loads = work.loads
+    left.start_step(state.q, state.frames, state.memory)
+    left.lag()
+    held = np.where(left.model.fixed, 0.0, _gradient(left, state))
+
+    def let_go(share: float) -> FloatArray:
+        left.loads = work.loads + (1.0 - share) * held
+        return state.q
+
+    *_, (_, found, _) = march(left, state, let_go, longest=RELEASE, options=options)
+    # The forces at the cut are no outer loads: only the work of those that stay counts.
+    put_in = state.external_work + float(np.vdot(work.loads, found.q - state.q))
+    found = replace(found, external_work=put_in)
+    free = _balance(state) - _balance(found)
+    return left, replace(found, fracture_work=state.fracture_work + free)
+
+
+def _gradient(work: Workspace, state: State) -> FloatArray:
+    """Return the gradient (N, 4) at a state of rods that may have relaxed."""
+    with relaxing(work, state, 0.0):
+        return work.gradient(state.q, state.frames)
+
+
+def _balance(state: State) -> float:
+    """Return what is stored or was lost, less what was put in [E r^3]."""
+    return float(state.energies.sum()) + state.friction_work + state.viscous_work - state.external_work
+
+
+def _unheld(rods: Rods) -> BoolArray:
+    """Mark unknowns (N, 4) that nothing turns: angles of no edge, or of an edge left alone."""
+    bends = rods.is_inner | np.append(rods.is_inner[1:], False)
+    unheld = np.zeros((rods.has_edge.size, 4), dtype=np.bool_)
+    unheld[:, 3] = ~(rods.has_edge & bends)
+    return unheld
