@@ -196,7 +196,7 @@ def _slice(
         found=volume / meshes,
         least=1.0 - _SLICED,
         most=1.0 + _SLICED,
-        note=f"{len(numbers)} of {slicer.count} layers cut",
+        note=f"{len(numbers)} of {slicer.count} layers",
     )
     pictures = []
     if wanted.sheet:
