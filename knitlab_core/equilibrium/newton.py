@@ -4,7 +4,9 @@ Two stages. First friction keeps the loads of the last equilibrium, so that the
 search minimises an energy. Near the end the loads follow the configuration in
 every iteration and the search solves the balance of forces itself, so that no
 lag is left in the answer; that system is not symmetric, and progress is judged
-by the natural monotonicity test (Deuflhard 2004, section 3.3).
+by the natural monotonicity test (Deuflhard 2004, section 3.3). Where strands snap
+there is no balance near by to be found: the search goes back to the energy, with
+the loads of where it stands, and comes nearer to its minimum before they follow again.
 """
 
 from dataclasses import dataclass
@@ -19,8 +21,20 @@ from knitlab_core.rods.frames import Frames, follow
 COUPLED = 0.02
 """Accuracy of a step where friction's loads are brought along."""
 
-FORCE_FLOOR = 1e-5
-"""Smallest force by which residuals are judged [E r^2]."""
+FORCE_FLOOR = 1e-4
+"""Smallest force by which residuals are judged [E r^2]: about EI / L^2 of a loop, which bends it as a whole."""
+
+FAR = 10.0
+"""Residual above which contacts enter without their geometric stiffness: deep ones make it negative."""
+
+SHORT = 0.07
+"""Fraction of a step so short that the balance of forces is not near: a little more than the shortest tried."""
+
+MOST_SHORT = 4
+"""So many short steps in a row are a snap."""
+
+FOLLOW_AGAIN = 0.03
+"""Largest residual at which loads follow again after a snap; a tenth of it after the next."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,13 +48,13 @@ class Options:
     follow_below : float
         Residual below which friction's loads follow the configuration.
     max_iterations : int
-        Give up after so many.
+        Give up after so many, or twice as many where strands snap.
     room : float
         Share of the way to a neighbour's core that one iteration may use.
     """
 
     tolerance: float = 1e-4
-    follow_below: float = 3.0
+    follow_below: float = 1.0
     max_iterations: int = 60
     room: float = 0.8
 
@@ -68,6 +82,25 @@ class Report:
     residual: float
     node: int
     contacts: int
+
+
+@dataclass(slots=True)
+class _Loads:
+    """Whether friction's loads follow the configuration, the residual from which they do, and the snaps so far."""
+
+    following: bool
+    follow_below: float
+    short: int = 0
+    snapped: bool = False
+
+    def snap(self, fraction: float) -> bool:
+        """Count short steps on the balance of forces; tell whether they are a snap, and hold the loads if so."""
+        self.short = self.short + 1 if fraction <= SHORT else 0
+        if self.short < MOST_SHORT:
+            return False
+        self.following, self.short, self.snapped = False, 0, True
+        self.follow_below = min(0.1 * self.follow_below, FOLLOW_AGAIN)
+        return True
 
 
 def blocked(node: int, contacts: int) -> Report:
@@ -165,40 +198,42 @@ def equilibrate(
     model = work.model
     free = ~model.fixed
     other = frames.copy()
-    following = model.law.friction == 0.0
+    loads = _Loads(following=model.law.friction == 0.0, follow_below=options.follow_below)
     iteration, contacts = 0, 0
     gradient: FloatArray | None = None
     work.move_to(q, frames)
     while True:
         if gradient is None:
-            if following:
+            if loads.following or loads.snapped:
                 contacts = work.lag()
             gradient = work.gradient(q, frames)
         residual = gradient * free
         worst = int(np.argmax(np.abs(residual)))
         relative = float(np.abs(residual.flat[worst])) / _force_scale(work, gradient)
-        if not following and relative < options.follow_below:
-            following, gradient = True, None
+        if not loads.following and relative < loads.follow_below:
+            loads.following, gradient = True, None
             continue
-        converged = following and relative < options.tolerance
         report = Report(
-            converged=converged,
+            converged=loads.following and relative < options.tolerance,
             iterations=iteration,
             residual=relative,
             node=worst // 4,
             contacts=contacts,
         )
-        if converged or iteration >= options.max_iterations or not np.isfinite(relative):
+        limit = (2 if loads.snapped else 1) * options.max_iterations
+        if report.converged or iteration >= limit or not np.isfinite(relative):
             return q, frames, gradient, report
-        work.assemble(q, frames)
+        work.assemble(q, frames, contacts=1.0 if loads.following or relative < FAR else 0.0)
         if not work.factor():
             return q, frames, gradient, report
         step = work.solve(-residual)
-        if following and model.law.friction > 0.0 and contacts > 0:
+        if loads.following and model.law.friction > 0.0 and contacts > 0:
             size = float(np.linalg.norm(step))
             step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
             fraction = work.room(q, step, options.room)
             fraction, gradient, contacts = _search_balance(work, q, frames, step, size, fraction, other)
+            if loads.snap(fraction):
+                gradient = None
         else:
             fraction = work.room(q, step, options.room)
             fraction = _search_energy(work, q, frames, step, residual, fraction)

@@ -35,7 +35,7 @@ SKIN = 0.6
 PATTERN_SKIN = 1.0
 """The same for the pattern of the stiffness, which is dearer to rebuild."""
 
-SMALLEST_SHIFT = 1e-6
+SMALLEST_SHIFT = 1e-8
 LARGEST_SHIFT = 1e6
 SHIFT_DECAY = 64.0
 SHIFT_GROWTH = 10.0
@@ -189,24 +189,34 @@ class Workspace:
                 self.fused.add_gradient(g)
         return g
 
-    def assemble(self, q: FloatArray, frames: Frames, exact: float = 1.0) -> None:
-        """Assemble the stiffness at the placed samples, fixed unknowns still included."""
+    def assemble(self, q: FloatArray, frames: Frames, *, contacts: float = 1.0) -> None:
+        """Assemble the stiffness at the placed samples, fixed unknowns still included.
+
+        Parameters
+        ----------
+        q : (N, 4) array
+            Positions and edge angles.
+        frames : Frames
+            Their frames.
+        contacts : float
+            Weight of the second derivatives of distance and slip: without them contacts only add stiffness.
+        """
         model = self.model
         with self.clock("assembly"):
             self.blocks[:] = 0.0
-            rod_hessian(q, model.rods, frames, exact, self.pattern, self.blocks)
+            rod_hessian(q, model.rods, frames, 1.0, self.pattern, self.blocks)
             contact_hessian(
                 self.placed,
                 self.candidates,
                 model.samples,
                 model.law,
-                exact,
+                contacts,
                 self.pairs,
                 self.pattern,
                 self.blocks,
             )
             if self.fused is not None:
-                self.fused.add_hessian(exact, self.blocks)
+                self.fused.add_hessian(contacts, self.blocks)
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""

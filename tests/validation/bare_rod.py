@@ -36,7 +36,7 @@ def bare_rod(
     return Workspace(replace(model, law=law)), state
 
 
-def settle(work: Workspace, state: State, target: NDArray[np.float64], *, tolerance: float = 1e-6) -> State:
+def settle(work: Workspace, state: State, target: NDArray[np.float64], *, tolerance: float = 1e-7) -> State:
     """Return the equilibrium with fixed unknowns at a target; fail the test where there is none."""
     found, report = advance(work, state, target, Options(tolerance=tolerance, max_iterations=200))
     assert found is not None, report
@@ -46,6 +46,6 @@ def settle(work: Workspace, state: State, target: NDArray[np.float64], *, tolera
 def stiffness(work: Workspace, state: State) -> NDArray[np.float64]:
     """Return the exact stiffness (4N, 4N) of all unknowns, fixed ones included."""
     work.move_to(state.q, state.frames)
-    work.assemble(state.q, state.frames, 1.0)
+    work.assemble(state.q, state.frames)
     unit = np.eye(state.q.size).reshape(-1, *state.q.shape)
     return np.stack([work.stiffness_times(v).ravel() for v in unit], axis=1)
