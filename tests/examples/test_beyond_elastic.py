@@ -135,7 +135,8 @@ def test_cotton_loads_its_hooks_before_it_is_pulled() -> None:
     assert columns["elastic_bend"][0] > 0.1 * columns["elastic_bend"].max()
     assert abs(columns["force_C"][0]) > 0.1 * np.abs(columns["force_C"]).max()
     assert abs(plain["force_C"][0]) < 1e-6 * np.abs(plain["force_C"]).max()
-    assert columns["external_work"][0] == columns["friction_work"][0] == 0.0
+    # What bent it there is not the test's.
+    assert abs(columns["external_work"][0]) + columns["friction_work"][0] < 1e-12 * columns["elastic_bend"][0]
 
 
 def test_a_record_says_what_it_was_made_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
