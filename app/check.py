@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from app.rig_data import machines_of
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from rigs.machine import MachineData
     from rigs.protocol import Protocol
+    from rigs.specimen import SpecimenSpec
     from rigs.steps import Axis
 
 
@@ -93,8 +94,12 @@ def build_specimen(loaded: Loaded) -> Specimen:
 
 def describe(specimen: Specimen) -> SpecimenFacts:
     """Return what is known of a specimen before any physics."""
-    stitch = specimen.stitch
-    budget = locking_strain(stitch, yarn_per_loop(stitch)) if isinstance(stitch, Stitch) else None
+    stitch, budget = specimen.stitch, None
+    if isinstance(stitch, Stitch):
+        # Loose fibres make room for each other: what takes yarn at crossings is the yarn as thick as its material.
+        yarn = specimen.yarn
+        thick = yarn.contact_radius if yarn.fibres == 1 else replace(yarn, model="yarn").contact_radius
+        budget = locking_strain(replace(stitch, fibre_radius=thick), yarn_per_loop(stitch))
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
@@ -131,7 +136,11 @@ def dry_run(loaded: Loaded) -> Plan:
         duration=planned_duration(protocol, lengths),
         rows=rows,
         largest_strain=largest,
-        warnings=[*_budget_warning(largest, facts.locking_strain), *_limit_warnings(protocol, planned)],
+        warnings=[
+            *_budget_warning(largest, facts.locking_strain),
+            *_fusing_warning(protocol.specimen, facts.clearance),
+            *_limit_warnings(protocol, planned),
+        ],
     )
 
 
@@ -152,6 +161,16 @@ def _budget_warning(largest: float | None, locking: float | None) -> list[str]:
         return []
     past = f"the protocol goes to {largest:.1%}, past the estimated locking strain of {locking:.1%}"
     return [f"arc-length budget: {past}: the yarn itself must stretch and forces rise steeply"]
+
+
+def _fusing_warning(spec: SpecimenSpec, clearance: float) -> list[str]:
+    """Return a warning if no two strands were printed so near that they would fuse."""
+    bundle = spec.yarn is not None and spec.yarn.model == "bundle"
+    if spec.fused is None or bundle or spec.fused.fuse_gap > clearance:
+        return []
+    return [
+        f"fused points: none below {1e3 * spec.fused.fuse_gap:.4g} mm, the narrowest gap is {1e3 * clearance:.4g} mm"
+    ]
 
 
 def _limit_warnings(protocol: Protocol, planned: Sequence[Stroke]) -> list[str]:

@@ -274,7 +274,7 @@ def materials(
     as_json: AsJson = False,
 ) -> None:
     """List the materials of the catalogue, and those of a file, with the source of every number."""
-    from app.materials import known_materials  # noqa: PLC0415
+    from app.schemas.material_files import known_materials  # noqa: PLC0415
     from app.tables import materials_data, print_json, print_materials  # noqa: PLC0415
 
     known = known_materials(file)

@@ -94,6 +94,7 @@ def vtk_images(
     }
     for k, one in enumerate(tubes):
         scene |= {f"points_{k}": one.points, f"values_{k}": one.values, f"radius_{k}": one.radius}
+        scene[f"sizes_{k}"] = one.sizes
     with tempfile.TemporaryDirectory() as folder:
         given, painted = Path(folder) / "scene.npz", Path(folder) / "images.npz"
         np.savez(given, **scene)  # type: ignore[arg-type]
@@ -128,7 +129,10 @@ def paint_lines(axes: Axes, one: Tube, window: Window, colours: ScalarMappable) 
     points_per_mm = 72 * axes.get_position().width * figure.get_figwidth() / (window[1] - window[0])
     width = 2 * one.radius * points_per_mm
     pieces: FloatArray = np.stack([one.points[:-1], one.points[1:]], axis=1)
+    joined = np.ones(len(pieces), dtype=np.bool_)
+    joined[np.cumsum(one.sizes)[:-1] - 1] = False
     order = np.argsort(pieces[:, :, 2].mean(axis=1))
+    order = order[joined[order]]
     shades = colours.to_rgba(0.5 * (one.values[:-1] + one.values[1:]))
     for layer in np.array_split(order, LAYERS):
         lines = list(pieces[layer, :, :2])

@@ -68,7 +68,10 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
     if not frames:
         raise SpecificationError("run.frames", 0, "at least one frame to draw")
     view = view_of(volumetric=run.size.convention == "specimen")
-    tubes = [tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius) for frame in frames]
+    tubes = [
+        tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius, strands=run.strands)
+        for frame in frames
+    ]
     figure, note = draw(tubes, [_strain_title(frame) for frame in frames], AXIAL, view=view)
     return Picture(_save(figure, path), note)
 
@@ -111,7 +114,8 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
     )
     heights = 1e3 * np.asarray(specimen.nodes)[:, 2]
     view = view_of(volumetric="pile+" in specimen.sites)
-    seen = tube(view.seen(specimen.nodes), heights, specimen.radius)
+    strands = [len(strand) for strand in specimen.strands]
+    seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
     figure, note = draw([seen], [title], "height z [mm]", "YlGnBu", view=view)
     axes = figure.axes[0]
     for name, indices in specimen.sites.items():

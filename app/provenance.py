@@ -7,7 +7,8 @@ from dataclasses import fields, is_dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.materials import DEFAULT_FRICTION, Value, material_named
+from app.labels import beyond_elastic, yarn_label
+from knitlab_core.materials import DEFAULT_FRICTION, Value
 from rigs.machine import Datum
 
 if TYPE_CHECKING:
@@ -16,8 +17,11 @@ if TYPE_CHECKING:
     from rigs.catalogue import MachineName
     from rigs.machine import MachineData
     from rigs.protocol import Protocol
+    from rigs.specimen import SpecimenSpec
 
 Fact = tuple[str, str | int | float]
+
+_BOND_UNITS: Final = {"fuse_gap": "m", "patch_radius": "m", "strength": "Pa", "shear_strength": "Pa", "locate": "1"}
 
 PACKAGES: Final = ("knitlab", "numpy", "scipy", "numba", "h5py")
 
@@ -37,9 +41,10 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
     dict
         Names and values, fit for attributes of a file.
     """
-    material = material_named(protocol.specimen.material)
-    friction = Value(value=protocol.specimen.friction, unit="1", source="the protocol")
-    if protocol.specimen.friction == DEFAULT_FRICTION.value:
+    spec = protocol.specimen
+    material = spec.substance
+    friction = Value(value=spec.friction, unit="1", source="the protocol")
+    if spec.friction == DEFAULT_FRICTION.value:
         friction = DEFAULT_FRICTION
     return dict(
         [
@@ -47,12 +52,14 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("rig", protocol.rig),
             *([] if protocol.mount is None else [("mount", protocol.mount)]),
             ("seed", protocol.log.seed),
-            ("zero_strain", protocol.specimen.rest_shape),
+            ("zero_strain", spec.rest_shape),
             ("version.python", platform.python_version()),
             *((f"version.{package}", _version(package)) for package in PACKAGES),
             ("material", material.name),
             *_facts("material", material),
             *_sourced("friction", friction),
+            ("yarn", yarn_label(spec)),
+            *_options(spec),
             *(
                 fact
                 for number, (machine, numbers) in enumerate(data.items())
@@ -60,6 +67,23 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ),
         ]
     )
+
+
+def _options(spec: SpecimenSpec) -> Iterator[Fact]:
+    """Yield what goes beyond elastic rods: every option, also the ones that are off, and the numbers of bonds."""
+    found = beyond_elastic(spec)
+    for option in ("viscoelastic", "fused points", "rupture"):
+        yield option.replace(" ", "_"), found.get(option, "off")
+    if spec.fused is not None:
+        for one in fields(spec.fused):
+            value, unit = getattr(spec.fused, one.name), _BOND_UNITS[one.name]
+            if value is not None:
+                yield from _sourced(
+                    f"fused_points.{one.name}", Value(value=value, unit=unit, source="the protocol", assumed=True)
+                )
+    limit = spec.substance.breaking_strain
+    if spec.rupture != "off" and limit is not None:
+        yield from _sourced("rupture.strain", limit)
 
 
 def _version(package: str) -> str:

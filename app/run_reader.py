@@ -33,6 +33,10 @@ class RunReader:
         The file.
     protocol : str
         The protocol's YAML, verbatim.
+    materials : str
+        The YAML of the materials that the protocol brought in a file of its own, verbatim.
+    strands : tuple of int
+        Nodes of every strand.
     provenance : dict of str to object
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
@@ -58,6 +62,8 @@ class RunReader:
                     raise FormatError(path, 1, f"the record of a run in layout {LAYOUT}")
                 self._tags = [text.decode() for text in file["tags"][()]]
                 self.protocol = cast("str", file["protocol"].asstr()[()])
+                self.materials = cast("str", file["materials"].asstr()[()])
+                self.strands = tuple(int(size) for size in file["strands"][()])
                 self.provenance = dict(file.attrs)
                 self.size = SpecimenSize(
                     extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},

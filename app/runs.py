@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
-LAYOUT = 2
+LAYOUT = 3
 RUNNING = "running"
 NO_TAG = -1
 _TEXT = h5py.string_dtype("utf-8", length=64)
 _END = h5py.string_dtype("utf-8", length=16)
 _MESSAGE = h5py.string_dtype("utf-8", length=1024)
 _ONE = h5py.h5s.create_simple((1,))
-_WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle"})
+_WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_whole", "bonds_broken"})
 
 
 def _append(dataset: h5py.Dataset, values: object, count: int = 1) -> None:
@@ -66,12 +66,14 @@ class RunWriter:
         Extents and fibre radius.
     axes : sequence of Axis
         The axes that are driven.
-    node_count : int
-        Nodes of the yarn, N.
+    strands : sequence of int
+        Nodes of every strand, N in all.
     instruments : sequence of Instrument
         Their channels.
     provenance : mapping of str to (str, int or float)
         Versions, seed, rig, material values with their sources.
+    materials : str
+        The YAML of the materials that the protocol brings in a file of its own, verbatim.
     """
 
     def __init__(
@@ -81,14 +83,17 @@ class RunWriter:
         protocol: str,
         size: SpecimenSize,
         axes: Sequence[Axis],
-        node_count: int,
+        strands: Sequence[int],
         instruments: Sequence[Instrument],
         provenance: Mapping[str, str | int | float],
+        materials: str = "",
     ) -> None:
         # No lock: the file may be looked into while the run goes on.
         self._file = h5py.File(path, "w", libver="earliest", locking=False)
         self._tags: list[str] = []
         self._file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
+        self._file.create_dataset("materials", data=materials, dtype=h5py.string_dtype("utf-8"))
+        self._file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
         self._file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=_TEXT)
         facts = {
             "layout": LAYOUT,
@@ -98,7 +103,7 @@ class RunWriter:
         }
         self._file.attrs.update({**provenance, **facts})
         self._make_equilibria(axes)
-        self._make_frames(axes, node_count)
+        self._make_frames(axes, sum(strands), sum(strands) - len(strands))
         self._file.create_group("channels")
         for instrument in instruments:
             self._make_channels(instrument)
@@ -115,7 +120,7 @@ class RunWriter:
             _column(table, name, "i8" if name in _WHOLE else "f8", unit)
         _phase_and_tag(table)
 
-    def _make_frames(self, axes: Sequence[Axis], node_count: int) -> None:
+    def _make_frames(self, axes: Sequence[Axis], node_count: int, edge_count: int) -> None:
         table = self._file.create_group("frames")
         _column(table, "time", "f8", "s")
         for axis in axes:
@@ -124,7 +129,7 @@ class RunWriter:
         _column(table, "phase", "i1")
         for name, tail, unit in (
             ("nodes", (node_count, 3), "m"),
-            ("axial_strain", (node_count - 1,), "1"),
+            ("axial_strain", (edge_count,), "1"),
         ):
             made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
             made.attrs["units"] = unit

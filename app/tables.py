@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from knitlab_core.materials import DEFAULT_FRICTION, material_named
+from app.labels import ELASTIC, beyond_elastic, yarn_label
+from knitlab_core.materials import DEFAULT_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -76,8 +77,10 @@ def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
         "loops": spec.loops,
         "layers": spec.layers,
         "loop_width_m": spec.loop_width,
-        "material": spec.material,
+        "material": spec.substance.name,
         "friction": spec.friction,
+        "yarn": yarn_label(spec),
+        "beyond_elastic": beyond_elastic(spec),
         "nodes": facts.nodes,
         "yarn_length_m": facts.yarn_length,
         "fibre_radius_m": facts.fibre_radius,
@@ -164,7 +167,7 @@ def _way(stroke: Stroke, length: float, start: float, end: float) -> str:
 def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     """Print what is known of the specimen."""
     spec = protocol.specimen
-    material = material_named(spec.material)
+    material = spec.substance
     knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
     assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
@@ -178,10 +181,15 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
         ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
         ("friction", f"{spec.friction:g}{assumed}"),
-        ("yarn", f"{facts.yarn_length:.4g} m, radius {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes"),
+        (
+            "yarn",
+            f"{facts.yarn_length:.4g} m, radius in contact {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes",
+        ),
+        ("fibres", yarn_label(spec)),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
         ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
         ("arc-length budget", budget),
+        *(beyond_elastic(spec) or {"beyond elastic": ELASTIC}).items(),
     ):
         table.add_row(name, text)
     _stdout().print(table)

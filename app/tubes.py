@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from rigs.record import FloatArray
+    from collections.abc import Iterator, Sequence
+
+    from rigs.record import FloatArray, IntArray
+
+FEWEST_POINTS: Final = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,11 +27,14 @@ class Tube:
         What the colour shows, in the unit of the colour bar.
     radius : float
         Radius [mm].
+    sizes : IntArray
+        Points of every piece (k,); pieces follow each other in the points.
     """
 
     points: FloatArray
     values: FloatArray
     radius: float
+    sizes: IntArray
 
 
 def smooth_curve(nodes: FloatArray, per_span: int = 4) -> FloatArray:
@@ -55,29 +62,61 @@ def smooth_curve(nodes: FloatArray, per_span: int = 4) -> FloatArray:
     return np.concatenate([nodes[:1], spans.reshape(-1, nodes.shape[1]), [last], nodes[-1:]])
 
 
-def tube(nodes: FloatArray, values: FloatArray, radius: float, per_span: int = 4) -> Tube:
-    """Make the tube of a yarn.
+def tube(
+    nodes: FloatArray, values: FloatArray, radius: float, per_span: int = 4, *, strands: Sequence[int] | None = None
+) -> Tube:
+    """Make the tubes of a yarn's strands.
 
     Parameters
     ----------
     nodes : FloatArray, shape (N, 3)
-        Node positions [m].
-    values : FloatArray, shape (N - 1,) or (N,)
-        One value per edge, shown as running linearly between the edges' middles, or one per node.
+        Node positions, strand by strand [m].
+    values : FloatArray, shape (N - number of strands,) or (N,)
+        One value per edge, shown as running linearly between the edges' middles, or one per node. No tube is drawn
+        along an edge without a value (nan), where a fibre is broken.
     radius : float
-        Radius of the yarn [m].
+        Radius of a strand [m].
     per_span : int
         Points per node.
+    strands : sequence of int
+        Nodes of every strand; one strand unless given.
 
     Returns
     -------
     Tube
         In mm.
     """
+    sizes = [len(nodes)] if strands is None else list(strands)
+    per_node = len(values) == len(nodes)
+    ends = np.cumsum(sizes)
+    edge_ends = ends if per_node else ends - np.arange(1, len(sizes) + 1)
+    pieces = [
+        piece
+        for line, colour in zip(np.split(nodes, ends[:-1]), np.split(values, edge_ends[:-1]), strict=True)
+        for piece in _unbroken(line, colour)
+    ]
+    drawn = [(smooth_curve(line, per_span), _shown(line, colour, per_span)) for line, colour in pieces]
+    return Tube(
+        points=1e3 * np.concatenate([points for points, _ in drawn]),
+        values=np.concatenate([shown for _, shown in drawn]),
+        radius=1e3 * radius,
+        sizes=np.array([len(points) for points, _ in drawn]),
+    )
+
+
+def _unbroken(nodes: FloatArray, values: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the pieces of a strand between its broken edges that are long enough for a curve."""
+    cuts = np.flatnonzero(np.isnan(values))
+    for first, last in zip([-1, *cuts], [*cuts, len(nodes) - 1], strict=True):
+        line = nodes[first + 1 : last + 1]
+        if len(line) >= FEWEST_POINTS:
+            yield line, values[first + 1 : last + 1 - (len(values) < len(nodes))]
+
+
+def _shown(nodes: FloatArray, values: FloatArray, per_span: int) -> FloatArray:
+    """Return the values (m,) at the points of a strand's curve."""
     if len(values) == len(nodes):
-        shown = smooth_curve(values[:, None], per_span)[:, 0]
-    else:
-        steps = np.arange((len(nodes) - 2) * per_span + 1) / per_span
-        shown = np.interp(steps, np.arange(len(values)), values)
-        shown = np.concatenate([shown[:1], shown, shown[-1:]])
-    return Tube(points=1e3 * smooth_curve(nodes, per_span), values=shown, radius=1e3 * radius)
+        return smooth_curve(values[:, None], per_span)[:, 0]
+    steps = np.arange((len(nodes) - 2) * per_span + 1) / per_span
+    shown = np.interp(steps, np.arange(len(values)), values)
+    return np.concatenate([shown[:1], shown, shown[-1:]])

@@ -150,9 +150,10 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
         protocol=loaded.text,
         size=rig.size,
         axes=protocol.axes,
-        node_count=len(specimen.nodes),
+        strands=rig.strands,
         instruments=rig.instruments,
         provenance=provenance(protocol, data),
+        materials=loaded.materials,
     ) as writer:
         planned = planned_duration(protocol, rig.gauges)
         journal = _Journal(writer=writer, rig=rig, planned=planned, progress=progress)

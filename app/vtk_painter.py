@@ -35,7 +35,8 @@ def paint(scene: np.lib.npyio.NpzFile) -> Iterator[npt.NDArray[np.uint8]]:
     ----------
     scene : NpzFile
         ``window`` (x₀, x₁, y₀, y₁) [mm], ``pixels`` per mm, ``limits`` of the colours, ``colours`` (name of the
-        map), and ``points_k``, ``values_k``, ``radius_k`` of tube k.
+        map), and ``points_k``, ``values_k``, ``radius_k`` and
+        ``sizes_k`` (points of every piece) of tube k.
 
     Yields
     ------
@@ -58,7 +59,7 @@ def paint(scene: np.lib.npyio.NpzFile) -> Iterator[npt.NDArray[np.uint8]]:
     plotter.camera.parallel_scale = (y1 - y0) / 2
     for k in range(int(scene["count"])):
         radius = float(scene[f"radius_{k}"])
-        line = pyvista.MultipleLines(scene[f"points_{k}"])
+        line = pyvista.PolyData(scene[f"points_{k}"], lines=cells(scene[f"sizes_{k}"]))
         line["value"] = scene[f"values_{k}"]
         plotter.add_mesh(
             line.tube(radius=radius, n_sides=SIDES),
@@ -78,6 +79,12 @@ def paint(scene: np.lib.npyio.NpzFile) -> Iterator[npt.NDArray[np.uint8]]:
         image = np.asarray(plotter.screenshot(return_img=True))
         yield shrink(shade(image, np.asarray(plotter.get_image_depth()), radius, fine))
     plotter.close()
+
+
+def cells(sizes: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return polylines as VTK lists them, (n + k,): of every piece its number of points, then their indices."""
+    begins = np.cumsum(sizes) - sizes
+    return np.concatenate([[size, *range(begin, begin + size)] for begin, size in zip(begins, sizes, strict=True)])
 
 
 def shade(image: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], radius: float, pixels: float) -> FloatImage:

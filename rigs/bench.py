@@ -3,52 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-from knitlab_core.equilibrium.march import march
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame, Outcome
-from rigs.rig import axial_strain, pose, read
+from rigs.rig import axial_strain, most_strained, place_of, read
+from rigs.way import Way, follow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from knitlab_core.equilibrium.model import State
-    from knitlab_core.equilibrium.newton import Options, Report
+    from knitlab_core.equilibrium.newton import Options
+    from knitlab_core.equilibrium.rupture import Spot
     from rigs.motion import Stroke
     from rigs.record import Phase
     from rigs.rig import Rig
-    from rigs.steps import Axis
-
-Displacement: TypeAlias = "Mapping[Axis, float]"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Step:
-    """Hold one equilibrium on a way.
-
-    Attributes
-    ----------
-    share : float
-        How far along the way it lies [1].
-    displacement : Mapping
-        Where the axes stand [m].
-    state, report
-        The specimen's state, and how its search went.
-    iterations, factorisations : int
-        What the search cost.
-    seconds : float
-        How long it took [s].
-    """
-
-    share: float
-    displacement: Displacement
-    state: State
-    report: Report
-    iterations: int
-    factorisations: int
-    seconds: float
+    from rigs.way import Displacement, Step
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -63,20 +34,26 @@ class Bench:
         The specimen's state now.
     options : Options or None
         How hard the solver tries.
+    go_on : bool
+        Whether the test goes on after a fibre broke.
     displacement : Mapping
         Where the axes stand [m]: at first, where they were when the specimen was mounted.
     time : float
         Time on the rig's clock [s].
     last : Equilibrium or None
         The last row.
+    ended : Outcome or None
+        How the test ended, if a fibre that broke ended it.
     """
 
     rig: Rig
     state: State
     options: Options | None = None
+    go_on: bool = False
     displacement: Displacement = field(init=False)
     time: float = 0.0
     last: Equilibrium | None = None
+    ended: Outcome | None = None
 
     def __post_init__(self) -> None:
         self.displacement = dict.fromkeys(self.rig.grips, 0.0)
@@ -85,35 +62,21 @@ class Bench:
         """Return the strain of a way: that of the axis that strains most [1]."""
         return max(abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items())
 
-    def march_to(self, goal: Displacement, *, longest: float) -> Iterator[Step]:
-        """Yield the equilibria on the straight way from here to `goal`; the caller's own time is not counted."""
-        rig, start = self.rig, self.displacement
-        path = march(
-            rig.work,
-            self.state,
-            lambda share: pose(rig, between(start, goal, share)),
+    def march_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
+        """Yield the equilibria on the straight way from here to `goal`, without going there; see `Way`."""
+        way = Way(
+            start=self.displacement,
+            goal=goal,
             longest=longest,
+            duration=duration,
             options=self.options,
+            go_on=self.go_on,
         )
-        while True:
-            began, made = perf_counter(), rig.work.factorisations
-            found = next(path, None)
-            if found is None:
-                return
-            share, state, report = found
-            yield Step(
-                share=share,
-                displacement=between(start, goal, share),
-                state=state,
-                report=report,
-                iterations=report.iterations,
-                factorisations=rig.work.factorisations - made,
-                seconds=perf_counter() - began,
-            )
+        return follow(self.rig, self.state, way)
 
-    def reach(self, goal: Displacement) -> Step:
-        """Return the equilibrium at `goal`, and what the whole way to it cost, without going there."""
-        steps = list(self.march_to(goal, longest=1.0))
+    def reach(self, goal: Displacement, *, duration: float = 0.0) -> Step:
+        """Return the equilibrium at `goal`, or where the test ends before, and the cost of the way; stay here."""
+        steps = list(self.march_to(goal, longest=1.0, duration=duration))
         return replace(
             steps[-1],
             iterations=sum(step.iterations for step in steps),
@@ -123,10 +86,13 @@ class Bench:
 
     def accept(self, step: Step, phase: Phase, cycle: int, tag: str | None) -> Equilibrium:
         """Go where a step went, and return its row."""
-        self.state, self.displacement = step.state, step.displacement
+        self.rig, self.state, self.displacement = step.rig, step.state, step.displacement
+        if step.broken is not None and step.final:
+            self.ended = self._ruptured(step.broken)
         unit = self.rig.work.model.scales.energy
         reading = read(self.rig, step.state)
         stretch, bend, twist, contact = (unit * float(part) for part in step.state.energies)
+        whole = int(step.state.bonds.whole.sum())
         self.last = Equilibrium(
             time=self.time,
             displacement=step.displacement,
@@ -138,6 +104,13 @@ class Bench:
             contact_energy=contact,
             friction_work=unit * step.state.friction_work,
             external_work=unit * step.state.external_work,
+            viscous_work=unit * step.state.viscous_work,
+            fracture_work=unit * step.state.fracture_work,
+            bond_energy=unit * step.state.bonds.energy,
+            bond_released=unit * step.state.bonds.released,
+            bonds_whole=whole,
+            bonds_broken=step.state.bonds.whole.size - whole,
+            fibre_strain=most_strained(self.rig, step.state).strain,
             residual=step.report.residual,
             contacts=step.report.contacts,
             iterations=step.iterations,
@@ -177,10 +150,10 @@ class Bench:
             phase="Zero" if self.last is None else self.last.phase,
         )
 
-    def overload(self) -> Outcome | None:
-        """Return the outcome if the last row is more than an instrument of the rig can take."""
-        if self.last is None:
-            return None
+    def outcome(self) -> Outcome | None:
+        """Return how the test ended, if the last row is its last: a rupture, or more than an instrument can take."""
+        if self.ended is not None or self.last is None:
+            return self.ended
         for instrument in self.rig.instruments:
             channel = overloaded(instrument, self.last)
             if channel is not None:
@@ -193,9 +166,8 @@ class Bench:
         strains = ((axis, self.displacement[axis] / length) for axis, length in self.rig.gauges.items())
         return "strain " + ", ".join(f"{axis} {strain:.1%}" for axis, strain in strains)
 
-
-def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, float]:
-    """Return the displacements at a share of a straight way; exact at both ends, and where an axis stands still."""
-    if share == 1.0:
-        return dict(end)
-    return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
+    def _ruptured(self, spot: Spot) -> Outcome:
+        """Return the outcome of a fibre that broke."""
+        where = f"{place_of(self.rig, spot.edge)} of the yarn, strained by {spot.strain:.3%}"
+        torn = "; what is left of the knit finds no balance" if self.go_on else ""
+        return Outcome(end="rupture", message=f"a fibre broke at {self.whereabouts()}: {where}{torn}")

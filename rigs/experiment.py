@@ -9,14 +9,18 @@ from itertools import pairwise
 from math import ceil, floor
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+import numpy as np
+
 from knitlab_core.equilibrium.march import Failure
 from knitlab_core.errors import ConvergenceError
-from rigs.bench import Bench, between
+from knitlab_core.rods.relaxation import hold_steps
+from rigs.bench import Bench
 from rigs.instruments import Zeroing
 from rigs.motion import strokes
 from rigs.preload import preload
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import place_of
+from rigs.way import between
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping
@@ -54,7 +58,7 @@ def perform(rig: Rig, state: State, protocol: Protocol, *, options: Options | No
         Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A limit
         that trips and an equilibrium that is not found are outcomes: what was yielded before stands.
     """
-    bench = Bench(rig=rig, state=state, options=options)
+    bench = Bench(rig=rig, state=state, options=options, go_on=protocol.specimen.rupture == "go on")
     try:
         outcome = yield from _carry_out(bench, protocol)
     except ConvergenceError as error:
@@ -92,8 +96,7 @@ def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None
                 yield bench.stand(stroke)
             yield Zeroing(time=bench.time, kinds=frozenset(stroke.channels))
         case "Hold":
-            bench.time += stroke.duration
-            yield bench.stand(stroke)
+            ended = yield from _hold(bench, stroke)
         case "Preload":
             ended = yield from preload(bench, stroke, stroke.stop_force or 0.0, increment)
             if ended is None:
@@ -109,13 +112,34 @@ def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, N
     for low, high in pairwise([0.0, *_marks(stroke, bench.rig.gauges), 1.0]):
         goal = between(stroke.start, stroke.end, high)
         way = bench.strain(bench.displacement, goal)
-        for step in bench.march_to(goal, longest=min(1.0, increment / way)):
+        duration = (high - low) * stroke.duration
+        for step in bench.march_to(goal, longest=min(1.0, increment / way), duration=duration):
             bench.time = begun + (low + (high - low) * step.share) * stroke.duration
             yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
-            ended = bench.overload()
+            ended = bench.outcome()
             if ended is not None:
                 return ended
         yield bench.frame()
+    return None
+
+
+def _hold(bench: Bench, stroke: Stroke) -> Generator[Event, None, Outcome | None]:
+    """Stand still; a yarn that relaxes goes through equilibria meanwhile."""
+    begun, relaxation = bench.time, bench.rig.work.model.relaxation
+    if relaxation is None:
+        # A specimen that stands still keeps its equilibrium, as at a zero.
+        bench.time = begun + stroke.duration
+        yield bench.stand(stroke)
+        return None
+    ends = np.cumsum(hold_steps(relaxation, stroke.duration))
+    for start, end in pairwise([0.0, *ends[:-1], stroke.duration]):
+        for step in bench.march_to(bench.displacement, longest=1.0, duration=end - start):
+            bench.time = begun + start + step.share * (end - start)
+            yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
+            ended = bench.outcome()
+            if ended is not None:
+                return ended
+    yield bench.frame()
     return None
 
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from rigs.bench import between
 from rigs.motion import PRELOAD_REACH
 from rigs.record import Outcome
 from rigs.rig import read
+from rigs.way import between
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from knitlab_core.equilibrium.model import State
-    from rigs.bench import Bench, Displacement, Step
+    from rigs.bench import Bench
     from rigs.motion import Stroke
     from rigs.record import Equilibrium
+    from rigs.way import Displacement, Step
 
 TOLERANCE: Final = 5e-3
 """An axis stops within this share of its force."""
@@ -74,10 +75,10 @@ def preload(
             short = ", ".join(f"axis {axis} carries {felt[axis]:.3g} N" for axis in stroke.end if axis not in stopped)
             reach = f"preload of {force:g} N not met within a strain of {PRELOAD_REACH:g}"
             return Outcome(end="limit", message=f"{reach}: {short}")
-        step, share = _approach(bench, where, excess, (share, min(1.0, share + pace)))
+        step, share = _approach(bench, where, excess, (share, min(1.0, share + pace)), stroke.duration)
         bench.time = begun + share * stroke.duration
         yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
-        ended = bench.overload()
+        ended = bench.outcome()
         if ended is not None:
             return ended
 
@@ -87,17 +88,22 @@ def _approach(
     where: Callable[[float], Displacement],
     excess: Callable[[State], float],
     bracket: tuple[float, float],
+    duration: float,
 ) -> tuple[Step, float]:
-    """Return the equilibrium at the end of a bracket of shares, or before it where `excess` is zero."""
+    """Return the equilibrium at the end of a bracket of shares, or before it where `excess` is zero.
+
+    A fibre that ends the test by breaking ends it there. The whole stroke would take the `duration` [s].
+    """
     low, high = bracket
-    share, found = high, bench.reach(where(high))
+    begin = low
+    share, found = high, bench.reach(where(high), duration=(high - begin) * duration)
     under, over = excess(bench.state), excess(found.state)
     if over <= TOLERANCE:
-        return found, share
+        return found, begin + found.share * (share - begin) if found.final else share
     for _ in range(MOST_REFINEMENTS):
         # Regula falsi, kept from either end: the force is nought while the knit is slack.
         share = low + (high - low) * min(max(under / (under - over), 0.1), 0.9)
-        tried = bench.reach(where(share))
+        tried = bench.reach(where(share), duration=(share - begin) * duration)
         found = replace(
             tried,
             iterations=found.iterations + tried.iterations,
@@ -105,7 +111,8 @@ def _approach(
             seconds=found.seconds + tried.seconds,
         )
         value = excess(found.state)
-        if abs(value) <= TOLERANCE:
+        if abs(value) <= TOLERANCE or (tried.final and value < 0.0):
+            share = begin + tried.share * (share - begin) if tried.final else share
             break
         if value > 0.0:
             high, over = share, value

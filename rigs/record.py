@@ -71,6 +71,14 @@ class Equilibrium:
         Stored energies [J].
     friction_work, external_work : float
         Work since the start: dissipated, and done by the carriages [J].
+    viscous_work, fracture_work : float
+        Work lost since the start by a yarn that relaxes, and energy set free by fibres that broke [J].
+    bond_energy, bond_released : float
+        Stored in fused points [J], and set free by those that broke since the start [J].
+    bonds_whole, bonds_broken : int
+        Fused points that hold, and that broke.
+    fibre_strain : float
+        Largest strain at the surface of any fibre, |axial| + r |bending| [1].
     residual : float
         Largest free nodal force, friction's loads taken from the equilibrium itself, over the mean fixture force [1].
     contacts, iterations, factorisations : int
@@ -95,6 +103,13 @@ class Equilibrium:
     contact_energy: float
     friction_work: float
     external_work: float
+    viscous_work: float = 0.0
+    fracture_work: float = 0.0
+    bond_energy: float = 0.0
+    bond_released: float = 0.0
+    bonds_whole: int = 0
+    bonds_broken: int = 0
+    fibre_strain: float = 0.0
     residual: float
     contacts: int
     iterations: int
@@ -126,8 +141,8 @@ class Frame:
         Time on the rig's clock [s].
     nodes : FloatArray, shape (N, 3)
         Node positions [m].
-    axial_strain : FloatArray, shape (N - 1,)
-        Axial strain of every edge [1].
+    axial_strain : FloatArray, shape (E,)
+        Axial strain of every edge, strand by strand [1]; nan where the fibre is broken.
     strain : Mapping
         Effective strain of the specimen along each driven axis [1].
     cycle : int
@@ -173,6 +188,13 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
         "contact_energy": "J",
         "friction_work": "J",
         "external_work": "J",
+        "viscous_work": "J",
+        "fracture_work": "J",
+        "bond_energy": "J",
+        "bond_released": "J",
+        "bonds_whole": "1",
+        "bonds_broken": "1",
+        "fibre_strain": "1",
         "residual": "1",
         "contacts": "1",
         "iterations": "1",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitlab_core.equilibrium.knitting_in import knit_in
 from knitlab_core.equilibrium.model import make_model
+from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import material_named
+from knitlab_core.rods.relaxation import Relaxation
+from knitlab_core.rods.rod import edges_of
+from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged
 from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
 from rigs.machine import instrument_of
@@ -19,7 +23,8 @@ from rigs.specimen import size_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.equilibrium.newton import Options
     from knitlab_core.knits import Specimen
     from rigs.catalogue import MachineName
     from rigs.fixtures import Grip
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
     from rigs.machine import Datum, MachineData
     from rigs.protocol import Protocol
     from rigs.record import FloatArray, SpecimenSize
+    from rigs.specimen import SpecimenSpec
     from rigs.steps import Axis
 
 
@@ -48,6 +54,8 @@ class Rig:
         The unknowns when the specimen was mounted [r], [rad].
     instruments : tuple of Instrument
         Load cells and encoders, one instrument a machine, each on its own clock.
+    breaks_at : float or None
+        Strain at its surface at which a fibre breaks [1]; None where rupture is off.
     """
 
     specimen: Specimen
@@ -56,11 +64,29 @@ class Rig:
     work: Workspace
     mounted: FloatArray
     instruments: tuple[Instrument, ...]
+    breaks_at: float | None
 
     @property
     def gauges(self) -> dict[Axis, float]:
         """Return the initial hook-to-hook length of each axis that is driven [m]."""
         return {axis: self.size.extents[axis] for axis in self.grips}
+
+    @property
+    def strands(self) -> tuple[int, ...]:
+        """Return the nodes of every strand."""
+        return tuple(len(strand) for strand in self.specimen.strands)
+
+    @property
+    def fibre_reach(self) -> float:
+        """Return how far from its centreline a rod strains when it bends [r].
+
+        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's.
+        """
+        yarn = self.specimen.yarn
+        reach = yarn.fibre_radius
+        if yarn.model == "yarn":
+            reach += yarn.bonding * yarn.winding_radius
+        return reach / yarn.contact_radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +109,7 @@ class Reading:
 
 
 def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, MachineData]) -> tuple[Rig, State]:
-    """Hang a specimen on the rig of a protocol, free of stress.
+    """Hang a specimen on the rig of a protocol.
 
     Parameters
     ----------
@@ -103,32 +129,48 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
     ------
     SpecificationError
         If a machine's numbers ask for what pins on rigid carriages cannot do.
+    ConvergenceError
+        If a yarn that is straight at rest finds no balance in its knit.
     """
     for numbers in data.values():
         _require_zero("pole.friction", numbers.pole.friction)
         _require_zero("carriage.compliance", numbers.carriage.compliance)
-    material = material_named(protocol.specimen.material)
-    model, state = make_model(
-        [specimen.nodes],
-        radius=specimen.radius,
-        young_modulus=material.young_modulus.value,
-        poisson_ratio=material.poisson_ratio.value,
-        friction=protocol.specimen.friction,
-    )
+    spec = protocol.specimen
+    model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
     grips = {axis: sliding_pins(specimen, axis, drive) for axis, drive in drives.items()}
     for pair in grips.values():
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
+    work = Workspace(model)
+    if spec.rest_shape == "straight":
+        *_, (_, state, _) = knit_in(work, state)
     rig = Rig(
         specimen=specimen,
         size=size_of(specimen, thickness=next(iter(data.values())).convention.thickness.value),
         grips=grips,
-        work=Workspace(model),
+        work=work,
         mounted=state.q.copy(),
         instruments=tuple(instrument_of(name, data[name], axes, protocol.log.rate) for name, axes in driven.items()),
+        breaks_at=spec.breaks_at,
     )
     return rig, state
+
+
+def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
+    """Make the solver's model of a specimen of a material, and its state as printed."""
+    material, yarn = spec.substance, specimen.yarn
+    model, state = make_model(
+        specimen.strands,
+        radius=specimen.radius,
+        young_modulus=material.young_modulus.value,
+        poisson_ratio=material.poisson_ratio.value,
+        friction=spec.friction,
+        section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
+        straight=spec.rest_shape == "straight",
+        bonds=spec.fused,
+    )
+    return replace(model, relaxation=Relaxation.of(material) if spec.viscoelastic else None), state
 
 
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:
@@ -154,15 +196,45 @@ def read(rig: Rig, state: State) -> Reading:
 
 
 def axial_strain(rig: Rig, state: State) -> FloatArray:
-    """Return the axial strain of every edge of the yarn, shape (N - 1,) [1]."""
+    """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
+    rods = rig.work.model.rods
     edges: FloatArray = np.linalg.norm(np.diff(state.q[:, :3], axis=0), axis=1)
-    return edges / rig.work.model.rods.rest_length[:-1] - 1.0
+    edges = np.where(rods.has_edge[:-1], edges, np.nan)
+    made = edges_of(rig.strands)[:-1]
+    return edges[made] / rods.rest_length[:-1][made] - 1.0
+
+
+def most_strained(rig: Rig, state: State) -> Spot:
+    """Return the spot where a fibre's surface is strained most: its edge and its strain [1]."""
+    return weakest(rig.work.model, state, rig.fibre_reach)
+
+
+def without_edge(rig: Rig, state: State, edge: int, options: Options | None = None) -> tuple[Rig, State]:
+    """Break a fibre where it is strained most, and let go what hung on it.
+
+    Returns
+    -------
+    Rig, State
+        The rig with a fibre the less, its carriages where they were.
+
+    Raises
+    ------
+    ConvergenceError
+        If what is left finds no equilibrium.
+    """
+    before = rig.work.model.fixed
+    work, found = break_fibre(rig.work, state, edge, options)
+    # Angles that nothing turns any more stay where they are.
+    mounted = np.where(work.model.fixed & ~before, found.q, rig.mounted)
+    return replace(rig, work=work, mounted=mounted), found
 
 
 def place_of(rig: Rig, node: int) -> str:
     """Name the place of a node of the yarn in the words of a knitter."""
     specimen = rig.specimen
-    return specimen.centreline.place(float(specimen.arc_lengths[node]) / specimen.loop_width)
+    fibre, along = divmod(node, len(specimen.arc_lengths))
+    place = specimen.centreline.place(float(specimen.arc_lengths[along]) / specimen.loop_width)
+    return place if len(rig.strands) == 1 else f"fibre {fibre + 1} at {place}"
 
 
 def _require_zero(name: str, datum: Datum) -> None:

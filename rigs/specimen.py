@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from knitlab_core.knits import (
     NAMED_STITCHES,
@@ -11,10 +11,11 @@ from knitlab_core.knits import (
     Specimen,
     Stitch,
     VolumetricStitch,
+    Yarn,
     planar_specimen,
     volumetric_specimen,
 )
-from knitlab_core.materials import DEFAULT_FRICTION, material_named
+from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
 from rigs.bounds import require
 from rigs.fixtures import COORDINATE, SITES
 from rigs.record import SpecimenSize
@@ -22,11 +23,15 @@ from rigs.record import SpecimenSize
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from knitlab_core.contact.bonds import BondLaw
     from knitlab_core.knits import SiteSet
     from rigs.record import FloatArray
     from rigs.steps import Axis
 
 MAX_STITCHES: Final = 10_000
+
+RestShape: TypeAlias = Literal["as-printed", "straight"]
+Rupture: TypeAlias = Literal["off", "stop", "go on"]
 
 NAMED_KNITS: Final[Mapping[str, Stitch | VolumetricStitch]] = {**NAMED_STITCHES, **NAMED_VOLUMETRIC_STITCHES}
 """Knits that have a name, planar and volumetric."""
@@ -46,25 +51,37 @@ class SpecimenSpec:
         Layers along the pile [1]; a planar knit has one.
     loop_width : float
         Width of one loop, l [m].
-    material : str
-        Name in the catalogue of materials.
+    material : str or Material
+        Name in the catalogue of materials, or a material of one's own.
     friction : float
         Coulomb coefficient between strands [1].
     nodes_per_loop : int
         Nodes of the yarn in one loop [1].
-    rest_shape : 'as-printed'
-        Shape the yarn is at rest in; 'straight' joins it with machine-knitted cotton.
+    rest_shape : {'as-printed', 'straight'}
+        Shape the yarn is at rest in; a straight one is bent into the knit before the test.
+    yarn : Yarn or None
+        The fibres of the yarn [loop widths]; None is one of the stitch's own radius.
+    fused : BondLaw or None
+        Which strands were printed so near that they are fused, and what their bonds bear; None for none.
+    viscoelastic : bool
+        Whether the yarn relaxes as its material says; contacts stay elastic.
+    rupture : {'off', 'stop', 'go on'}
+        Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     """
 
     knit: str | Stitch | VolumetricStitch
     rows: int
     loops: int
     loop_width: float
-    material: str
+    material: str | Material
     layers: int = 1
     friction: float = DEFAULT_FRICTION.value
     nodes_per_loop: int = 48
-    rest_shape: Literal["as-printed"] = "as-printed"
+    rest_shape: RestShape = "as-printed"
+    yarn: Yarn | None = None
+    fused: BondLaw | None = None
+    viscoelastic: bool = False
+    rupture: Rupture = "off"
 
     def __post_init__(self) -> None:
         if isinstance(self.knit, str):
@@ -78,7 +95,13 @@ class SpecimenSpec:
         require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
         width = self.loop_width
         require(1e-6 <= width <= 1.0, "loop_width", f"{width:g} m", "a length from 1 um to 1 m")
-        material_named(self.material, "material")
+        material = self.substance
+        lacks = f"off: nothing is known of the {{}} of {material.name}"
+        require(not self.viscoelastic or len(material.relaxation) > 0, "viscoelastic", "on", lacks.format("relaxation"))
+        breaks = material.breaking_strain is not None
+        require(self.rupture == "off" or breaks, "rupture", self.rupture, lacks.format("breaking strain"))
+        fuses = self.rest_shape == "straight" and self.fused is not None
+        require(not fuses, "fused", "fused points", "none in a yarn that is straight at rest: points fuse in print")
         require(0.0 <= self.friction <= 2.0, "friction", self.friction, "a coefficient from 0 to 2")
         require(
             8 <= self.nodes_per_loop <= 1000, "nodes_per_loop", self.nodes_per_loop, "a whole number from 8 to 1000"
@@ -88,6 +111,17 @@ class SpecimenSpec:
     def stitch(self) -> Stitch | VolumetricStitch:
         """Return the stitch, by name or by value."""
         return NAMED_KNITS[self.knit] if isinstance(self.knit, str) else self.knit
+
+    @property
+    def substance(self) -> Material:
+        """Return the material, by name or by value."""
+        return self.material if isinstance(self.material, Material) else material_named(self.material, "material")
+
+    @property
+    def breaks_at(self) -> float | None:
+        """Return the strain at its surface at which a fibre breaks [1]; None where rupture is off."""
+        limit = self.substance.breaking_strain
+        return None if self.rupture == "off" or limit is None else limit.value
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -106,9 +140,9 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     rows, loops, width, nodes = spec.rows, spec.loops, spec.loop_width, spec.nodes_per_loop
     stitch = spec.stitch
     if isinstance(stitch, Stitch):
-        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes)
+        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn)
     return volumetric_specimen(
-        stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes
+        stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn
     )
 
 
@@ -120,7 +154,9 @@ def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
     """
     at: dict[SiteSet, FloatArray] = {}
     for name, nodes in specimen.sites.items():
-        places = specimen.centreline.position(specimen.arc_lengths[nodes] / specimen.loop_width)
+        # The fibres of a bundle hang on the same spots of the yarn.
+        arc_lengths = specimen.arc_lengths[nodes % len(specimen.arc_lengths)]
+        places = specimen.centreline.position(arc_lengths / specimen.loop_width)
         at[name] = specimen.loop_width * places.mean(axis=0)
     return {
         axis: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])

@@ -127,7 +127,7 @@ def make_run(
         protocol="name: synthetic\n",
         size=SIZE,
         axes=BOTH,
-        node_count=len(knit_nodes(0.0)),
+        strands=[len(knit_nodes(0.0))],
         instruments=[instrument],
         provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
     ) as writer:

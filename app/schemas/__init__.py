@@ -3,9 +3,10 @@
 document  YAML to plain data that knows its places
 params    `${param}` replaced by its value
 values    quantities and other single values
-models    structure, published as JSON Schema
+base, models, specimen, materials  structure, published as JSON Schema
 locate    errors with file, line and column
-convert   models to the domain's protocol, and back to text
+convert, convert_specimen  models to the domain's protocol, and back to text
+material_files  the files that materials of one's own stand in
 """
 
 from __future__ import annotations
@@ -18,15 +19,19 @@ from pydantic import ValidationError
 from app.schemas.convert import to_domain, to_yaml
 from app.schemas.document import parse_text, read_text
 from app.schemas.errors import ProtocolError
-from app.schemas.locate import first_error, locate
+from app.schemas.locate import at, first_error, locate
+from app.schemas.material_files import materials_file
+from app.schemas.materials import to_materials
 from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
+from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from app.schemas.document import Document
-    from knitlab_core.errors import SpecificationError
+    from knitlab_core.materials import Material
     from rigs.protocol import Protocol
 
 __all__ = ["Loaded", "ProtocolError", "from_yaml", "json_schema", "load", "loads", "to_yaml"]
@@ -36,10 +41,11 @@ _UNNAMED = "test"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """Hold a protocol and the text it came from."""
+    """Hold a protocol, the text it came from and that of the materials it brings, empty if they are in no file."""
 
     protocol: Protocol
     document: Document
+    materials: str = ""
 
     @property
     def text(self) -> str:
@@ -59,29 +65,59 @@ def load(path: Path) -> Loaded:
     ProtocolError
         For whatever is wrong with it, in one line.
     """
-    return loads(read_text(path), str(path), name=path.stem)
+
+    def beside(name: str) -> Document:
+        file = materials_file(path, name)
+        return parse_text(read_text(file, "materials"), str(file), "materials")
+
+    return _loaded(parse_text(read_text(path), str(path)), path.stem, beside)
 
 
-def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED) -> Loaded:
-    """Read a protocol from text; `path` and `name` stand for the file it came from.
+def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+    """Read a protocol from text.
+
+    Parameters
+    ----------
+    text : str
+        The protocol.
+    path, name : str
+        What stands for the file it came from.
+    materials : str
+        Text of the file that it names under `materials`.
 
     Raises
     ------
     ProtocolError
         For whatever is wrong with it, in one line.
     """
-    document = parse_text(text, path)
+
+    def given(file: str) -> Document:
+        if not materials:
+            raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
+        return parse_text(materials, file, "materials")
+
+    return _loaded(parse_text(text, path), name, given)
+
+
+def _loaded(document: Document, name: str, find: Callable[[str], Document]) -> Loaded:
+    """Return the protocol of a document; `find` finds the materials that it names."""
     data = substitute(document)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
         raise first_error(document, error) from error
-    return Loaded(protocol=to_domain(model, document, name), document=document)
+    own: dict[str, Material] = {}
+    text = ""
+    if isinstance(model.materials, str):
+        with at(document, ()):
+            found = find(model.materials)
+        own, text = to_materials(found), found.text
+    return Loaded(protocol=to_domain(model, document, name, own), document=document, materials=text)
 
 
-def from_yaml(text: str) -> Protocol:
-    """Return the protocol of a text; the inverse of `to_yaml`."""
-    return loads(text).protocol
+def from_yaml(text: str, materials: str = "") -> Protocol:
+    """Return the protocol of a text, and of that of the materials file it names; the inverse of `to_yaml`."""
+    return loads(text, materials=materials).protocol
 
 
 def json_schema() -> dict[str, Any]:

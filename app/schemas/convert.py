@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from contextlib import contextmanager
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from ruamel.yaml import YAML
 
-from app.schemas.locate import locate
+from app.schemas import materials
+from app.schemas.convert_specimen import to_specimen, written
+from app.schemas.locate import at
 from app.schemas.models import (
     SCHEMA,
     CycleStep,
@@ -19,25 +19,20 @@ from app.schemas.models import (
     ProtocolModel,
     RampStep,
     RepeatStep,
-    SpecimenModel,
     StepModel,
-    StitchModel,
-    VolumetricStitchModel,
     ZeroStep,
 )
 from app.units import write
-from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Stitch, VolumetricStitch
-from knitlab_core.materials import DEFAULT_FRICTION
-from rigs.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Step, Target, Zero
+from knitlab_core.materials import Material
+from rigs.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, Step, Target, Zero
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Mapping, Sequence
 
     from app.schemas.document import Document, Place
 
 
-def to_domain(model: ProtocolModel, document: Document, name: str) -> Protocol:
+def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[str, Material]) -> Protocol:
     """Return the protocol a model describes.
 
     Parameters
@@ -48,16 +43,20 @@ def to_domain(model: ProtocolModel, document: Document, name: str) -> Protocol:
         Its text, for the spots of errors.
     name : str
         Name of a protocol that gives itself none.
+    own : Mapping
+        The materials of the file that it names.
 
     Raises
     ------
     ProtocolError
         For a value out of its range.
     """
-    specimen = _specimen(model.specimen, document)
+    if isinstance(model.materials, dict):
+        own = materials.to_domain(model.materials, document)
+    specimen = to_specimen(model.specimen, document, own)
     log = _log(model.log, document)
     steps = _steps(model.steps, document, ("steps",))
-    with _at(document, ()):
+    with at(document, ()):
         return Protocol(
             rig=model.rig,
             mount=model.mount,
@@ -75,24 +74,14 @@ def to_domain(model: ProtocolModel, document: Document, name: str) -> Protocol:
 def to_yaml(protocol: Protocol) -> str:
     """Return a protocol as the text of a file that reads back as the same protocol."""
     spec = protocol.specimen
-    knit: object = spec.knit
-    if isinstance(spec.knit, Stitch | VolumetricStitch):
-        knit = {field.name: getattr(spec.knit, field.name) for field in fields(spec.knit)}
+    own = {spec.material.name: materials.written(spec.material)} if isinstance(spec.material, Material) else {}
     data = {
         "schema": SCHEMA,
         "name": protocol.name,
         "rig": protocol.rig,
         **({} if protocol.mount is None else {"mount": protocol.mount}),
-        "specimen": {
-            "knit": knit,
-            "loops": [spec.rows, spec.loops, *([spec.layers] if "P" in spec.axes else [])],
-            "loop": write(spec.loop_width, "length"),
-            "material": spec.material,
-            "friction": spec.friction,
-            "hook": protocol.hook,
-            "nodes_per_loop": spec.nodes_per_loop,
-            "rest_shape": spec.rest_shape,
-        },
+        **({"materials": own} if own else {}),
+        "specimen": written(spec, protocol.hook),
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
         "log": {
@@ -111,54 +100,9 @@ def to_yaml(protocol: Protocol) -> str:
     return text.getvalue()
 
 
-@contextmanager
-def _at(document: Document, place: Place) -> Iterator[None]:
-    """Give errors of the domain the spot of the mapping they come from."""
-    try:
-        yield
-    except SpecificationError as error:
-        raise locate(document, error, place) from error
-
-
-def _specimen(model: SpecimenModel, document: Document) -> SpecimenSpec:
-    """Return the specimen; inline stitch values may be lengths."""
-    knit = model.knit if isinstance(model.knit, str) else _stitch(model.knit, model.loop, document)
-    rows, loops, *layers = model.loops
-    with _at(document, ("specimen",)):
-        spec = SpecimenSpec(
-            knit=knit,
-            rows=rows,
-            loops=loops,
-            layers=layers[0] if layers else 1,
-            loop_width=model.loop,
-            material=model.material,
-            friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
-            nodes_per_loop=model.nodes_per_loop,
-            rest_shape=model.rest_shape,
-        )
-        if bool(layers) != ("P" in spec.axes):
-            allowed = "[rows, loops in a row, layers]" if not layers else "[rows, loops in a row] of a planar knit"
-            raise SpecificationError("loops", model.loops, allowed)
-    return spec
-
-
-def _stitch(
-    model: StitchModel | VolumetricStitchModel, loop_width: float, document: Document
-) -> Stitch | VolumetricStitch:
-    """Return a stitch in loop widths."""
-    kind = Stitch if isinstance(model, StitchModel) else VolumetricStitch
-    given = {name: getattr(model, name) for name in type(model).model_fields}
-    with _at(document, ("specimen", "knit")):
-        if model.curvature.metres:
-            raise SpecificationError("curvature", "a length", "a pure number, such as 1.5")
-        if loop_width <= 0.0:
-            raise SpecificationError("loop", f"{loop_width:g} m", "a length above 0")
-        return kind(**{name: one.value / loop_width if one.metres else one.value for name, one in given.items()})
-
-
 def _log(model: LogModel, document: Document) -> LogSpec:
     """Return how the instruments sample."""
-    with _at(document, ("log",)):
+    with at(document, ("log",)):
         return LogSpec(rate=model.rate, noise=model.noise, seed=model.seed)
 
 
@@ -171,14 +115,14 @@ def _step(model: StepModel, document: Document, place: Place) -> Step:
     """Return one step."""
     name = next(iter(type(model).model_fields))
     inner = (*place, name)
-    with _at(document, inner):
+    with at(document, inner):
         match model:
             case ZeroStep(zero=body):
                 return Zero(channels=tuple(body.channels))
             case PreloadStep(preload=body):
                 return Preload(axes=tuple(body.axes), force=body.force, rate=body.rate, tag=body.tag)
             case RampStep(ramp=body):
-                with _at(document, (*inner, "to")):
+                with at(document, (*inner, "to")):
                     to = _target(body.to.strain, body.to.displacement)
                 return Ramp(axes=tuple(body.axes), to=to, rate=body.rate, tag=body.tag)
             case HoldStep(hold=body):

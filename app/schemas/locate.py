@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import re
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
+from app.schemas import materials
+from app.schemas.base import BRANCH
 from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
-from app.schemas.models import BRANCH, MODELS, NOT_YET, STEPS, VOLUMETRIC, ProtocolModel, VolumetricStitchModel
+from app.schemas.models import MODELS, NOT_YET, STEPS, ProtocolModel
+from app.schemas.specimen import VOLUMETRIC, VolumetricStitchModel
+from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from pydantic import ValidationError
 
+    from app.schemas.base import Model
     from app.schemas.document import Document, Place
-    from app.schemas.models import Model
-    from knitlab_core.errors import SpecificationError
 
 # Where the file's word for a thing is not the domain's.
-_FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for"}
+_FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for", "fuse_gap": "gap"}
 _PART: Final = re.compile(r"[^.\[\]]+")
 
 
@@ -28,7 +32,10 @@ def first_error(document: Document, error: ValidationError) -> ProtocolError:
     all_details = error.errors(include_url=False)
     # A misspelt field is also a missing one: its own place says more.
     wrong = [details for details in all_details if details["type"] != "missing"]
-    errors = [_translate(document, details) for details in wrong or all_details]
+    errors = [
+        materials.translate(document, details) if _in_material(details) else _translate(document, details)
+        for details in wrong or all_details
+    ]
     return min(errors, key=lambda one: (one.spot.line, one.spot.column))
 
 
@@ -56,6 +63,20 @@ def locate(document: Document, error: SpecificationError, place: Place = ()) -> 
     field = found or ((*place, *names) if own else ("specimen", "knit"))
     wording = error.found if isinstance(error.found, str) else shown(error.found)
     return ProtocolError(document.path, document.spot(field), dotted(field), wording, error.expected)
+
+
+@contextmanager
+def at(document: Document, place: Place) -> Iterator[None]:
+    """Give errors of the domain the spot of the mapping they come from."""
+    try:
+        yield
+    except SpecificationError as error:
+        raise locate(document, error, place) from error
+
+
+def _in_material(details: Mapping[str, Any]) -> bool:
+    """Tell whether an error lies in a material that stands in the protocol itself."""
+    return details["loc"][:1] == ("materials",) and len(details["loc"]) > 2
 
 
 def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import Field, StringConstraints, ValidationError
 
+from app.schemas.base import BRANCH, Model
 from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
-from app.schemas.models import Model
 from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
-from app.units import allowed
+from app.units import allowed, write
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from app.schemas.document import Document, Place
+    from app.units import Dimension
 
 SCHEMA: Final = "knitlab/materials@1"
 NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -120,7 +121,55 @@ def to_materials(document: Document) -> dict[str, Material]:
         model = MaterialsModel.model_validate(document.data)
     except ValidationError as error:
         raise _first_error(document, error) from error
-    return {name: _material(name, one, document) for name, one in model.materials.items()}
+    return to_domain(model.materials, document)
+
+
+def to_domain(models: Mapping[str, MaterialModel], document: Document) -> dict[str, Material]:
+    """Return the materials that stand under `materials` in a document.
+
+    Raises
+    ------
+    ProtocolError
+        For a number out of its range, or a name that cannot be given.
+    """
+    return {name: _material(name, one, document) for name, one in models.items()}
+
+
+def written(material: Material) -> dict[str, Any]:
+    """Return a material as the data of a file that reads back as the same material.
+
+    Raises
+    ------
+    SpecificationError
+        If the terms of its relaxation come from several sources: a file gives one.
+    """
+    numbers: dict[str, tuple[Value | None, Dimension | None]] = {
+        "young_modulus": (material.young_modulus, "stress"),
+        "poisson_ratio": (material.poisson_ratio, None),
+        "strength": (material.strength, "stress"),
+        "elongation_at_break": (material.elongation_at_break, "strain"),
+        "density": (material.density, "density"),
+    }
+    data: dict[str, Any] = {
+        name: {"value": value.value if kind is None else write(value.value, kind), **_origin(value)}
+        for name, (value, kind) in numbers.items()
+        if value is not None
+    }
+    if material.relaxation:
+        values = [value for term in material.relaxation for value in (term.share, term.time)]
+        origin = _origin(values[0])
+        if any(_origin(value) != origin for value in values):
+            raise SpecificationError("material.relaxation", "terms of several sources", "one source for all terms")
+        terms = [
+            {"share": write(term.share.value, "strain"), "time": write(term.time.value, "time")}
+            for term in material.relaxation
+        ]
+        data["relaxation"] = {"terms": terms, **origin}
+    return data | ({"note": material.note} if material.note else {})
+
+
+def _origin(value: Value) -> dict[str, Any]:
+    return {"source": value.source, "assumed": value.assumed}
 
 
 def json_schema() -> dict[str, Any]:
@@ -183,13 +232,15 @@ def _first_error(document: Document, error: ValidationError) -> ProtocolError:
     every = error.errors(include_url=False)
     # A misspelt field is also a missing one: its own place says more.
     wrong = [details for details in every if details["type"] != "missing"]
-    errors = [_translate(document, details) for details in wrong or every]
+    errors = [translate(document, details) for details in wrong or every]
     return min(errors, key=lambda one: (one.spot.line, one.spot.column))
 
 
-def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
+def translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     """Return one of pydantic's errors in our words."""
     place: Place = tuple("schema" if part == "schema_id" else part for part in details["loc"])
+    # In a protocol materials by name are one way of two to give them.
+    place = tuple(part for part in place if not str(part).startswith(BRANCH))
     field = dotted(place) or "materials"
     known = _fields(place[:-1])
     if details["type"] == "extra_forbidden":

@@ -7,9 +7,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from app.schemas.values import Force, Frequency, Length, Speed, StitchValue, Strain, Switch, Time, refuse
+from app.schemas.base import BRANCH, Model
+from app.schemas.materials import MaterialModel
+from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
+from app.schemas.values import Force, Frequency, Length, Speed, Strain, Switch, Time, refuse
 from app.units import allowed
 from rigs.catalogue import RigName, Sides
 from rigs.steps import Axis, Channel
@@ -18,80 +21,13 @@ SCHEMA: Final = "knitlab/protocol@1"
 
 # In the design of the protocol language, but not yet honoured by a rig.
 NOT_YET: Final = frozenset(
-    {"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire", "straight"}
-    | {"triaxial", "microgripper"}
+    {"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire"} | {"triaxial", "microgripper"}
 )
-# Marks the branches of a union in pydantic's locations, so that they can be told from fields.
-BRANCH: Final = "|"
-
-
-class Model(BaseModel):
-    """Refuse unknown fields and silent conversions."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
-
-
 _AXES = Field(description="a list of axes, such as [C, W]")
 _SPEED = Field(description=allowed("speed"))
 _STRAIN = Field(description=allowed("strain"))
 _COUNT = Field(description="a whole number from 1")
 _TAG = Field(default=None, description="a short text")
-_STITCH = Field(description="a number of loop widths, or a length with its unit, such as 0.4 mm")
-
-
-class StitchModel(Model):
-    """Give the values of a stitch."""
-
-    curvature: StitchValue = Field(description="a pure number, such as 1.5")
-    height: StitchValue = _STITCH
-    depth: StitchValue = _STITCH
-    row_spacing: StitchValue = _STITCH
-    fibre_radius: StitchValue = _STITCH
-
-
-class VolumetricStitchModel(Model):
-    """Give the values of a volumetric stitch."""
-
-    curvature: StitchValue = Field(description="a pure number, such as 1.5")
-    wale_height: StitchValue = _STITCH
-    pile_height: StitchValue = _STITCH
-    depth: StitchValue = _STITCH
-    row_spacing: StitchValue = _STITCH
-    layer_spacing: StitchValue = _STITCH
-    fibre_radius: StitchValue = _STITCH
-
-
-VOLUMETRIC: Final = f"{BRANCH}volumetric"
-
-
-def _knit_branch(value: object) -> str:
-    """Tell a name, the values of a stitch and those of a volumetric one apart."""
-    if not isinstance(value, dict):
-        return f"{BRANCH}name"
-    only_there = set(VolumetricStitchModel.model_fields) - set(StitchModel.model_fields)
-    return VOLUMETRIC if only_there & set(value) else f"{BRANCH}values"
-
-
-class SpecimenModel(Model):
-    """Name the knit on the rig."""
-
-    knit: Annotated[
-        Annotated[str, Tag(f"{BRANCH}name")]
-        | Annotated[StitchModel, Tag(f"{BRANCH}values")]
-        | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)],
-        Discriminator(_knit_branch),
-    ] = Field(description="the name of a knit, such as stockinette-default, or a mapping of stitch values")
-    loops: list[int] = Field(
-        min_length=2,
-        max_length=3,
-        description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
-    )
-    loop: Length = Field(description=allowed("length"))
-    material: str = Field(description="the name of a material, such as RGD8530-DM")
-    friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
-    hook: Literal["pin"] = Field(default="pin", description="pin")
-    nodes_per_loop: int = Field(default=48, description="a whole number, such as 48")
-    rest_shape: Literal["as-printed"] = Field(default="as-printed", description="as-printed")
 
 
 class LogModel(Model):
@@ -219,6 +155,11 @@ class RepeatModel(Model):
     steps: list[StepModel] = Field(description="a list of steps")
 
 
+def _materials_branch(value: object) -> str:
+    """Tell a file and materials that stand here apart."""
+    return f"{BRANCH}here" if isinstance(value, dict) else f"{BRANCH}file"
+
+
 class ProtocolModel(Model):
     """A knitlab protocol: one test on one specimen."""
 
@@ -230,6 +171,10 @@ class ProtocolModel(Model):
     speed_ref: Literal["pair", "grip"] = Field(description="pair or grip")
     others: Sides = Field(description="hold on biaxial-hook, free on uniaxial-frame")
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
+    materials: Annotated[
+        Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, MaterialModel], Tag(f"{BRANCH}here")],
+        Discriminator(_materials_branch),
+    ] = Field(default={}, description="a YAML file of materials beside the protocol, such as my-resins.yaml")
     params: dict[str, str | int | float | bool] = Field(
         default={}, description="a mapping of names to values, used as ${name}"
     )
@@ -243,6 +188,8 @@ MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "": ProtocolModel,
         "specimen": SpecimenModel,
         "knit": StitchModel,
+        "yarn": YarnModel,
+        "fused": FusedModel,
         "log": LogModel,
         "to": TargetModel,
         "zero": ZeroModel,

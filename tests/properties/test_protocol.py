@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.schemas import ProtocolError, from_yaml, to_yaml
+from knitlab_core.contact.bonds import BondLaw
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch
-from knitlab_core.materials import MATERIALS
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
+from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
 from rigs.motion import strokes
 from rigs.protocol import Axis, Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Step, Target, Zero
 
@@ -58,6 +60,70 @@ STITCHES = st.builds(
     row_spacing=st.floats(0.1, 10.0),
     fibre_radius=st.floats(1e-3, 0.5),
 )
+YARNS = st.builds(
+    lambda radius, count, model, bonding, gap: replace(
+        same_area(radius, count, gap=gap, model=model), bonding=bonding, twist=0.1, phase=0.2
+    ),
+    radius=st.floats(1e-3, 0.05),
+    count=st.integers(1, 12),
+    model=st.sampled_from(["yarn", "bundle"]),
+    bonding=st.floats(0.0, 1.0),
+    gap=st.floats(0.1, 1.0),
+)
+LAWS = st.builds(
+    BondLaw,
+    fuse_gap=st.floats(1e-9, 1e-2),
+    patch_radius=st.floats(1e-9, 1e-2),
+    strength=st.floats(1.0, 1e12),
+    shear_strength=st.none() | st.floats(1.0, 1e12),
+    locate=st.floats(1e-6, 0.9),
+)
+ORIGINS = st.fixed_dictionaries({"source": LABELS, "assumed": st.booleans()})
+
+
+def values(low: float, high: float, unit: str) -> st.SearchStrategy[Value]:
+    """Return numbers with a source."""
+    return st.builds(lambda number, origin: Value(value=number, unit=unit, **origin), st.floats(low, high), ORIGINS)
+
+
+def series(terms: list[tuple[float, float]], origin: dict[str, Any]) -> tuple[RelaxationTerm, ...]:
+    """Return a Prony series of one source."""
+    return tuple(
+        RelaxationTerm(share=Value(value=share, unit="1", **origin), time=Value(value=time, unit="s", **origin))
+        for share, time in terms
+    )
+
+
+RESINS = st.builds(
+    Material,
+    name=st.just("own-resin"),
+    young_modulus=values(1e3, 1e12, "Pa"),
+    poisson_ratio=values(-0.9, 0.5, "1"),
+    strength=values(1.0, 1e9, "Pa"),
+    elongation_at_break=st.none() | values(1e-3, 2.0, "1"),
+    density=st.none() | values(1.0, 1e4, "kg/m**3"),
+    relaxation=st.builds(
+        series,
+        st.lists(st.tuples(st.floats(1e-6, 0.3), st.floats(1e-9, 1e9)), min_size=1, max_size=3),
+        ORIGINS,
+    ),
+    note=st.just("") | LABELS,
+)
+OWN_SPECIMENS = st.builds(
+    lambda straight, law, **rest: SpecimenSpec(
+        rest_shape="straight" if straight else "as-printed", fused=None if straight else law, **rest
+    ),
+    straight=st.booleans(),
+    law=st.none() | LAWS,
+    knit=st.sampled_from(sorted(NAMED_STITCHES)),
+    rows=st.integers(1, 50),
+    loops=st.integers(1, 50),
+    loop_width=st.floats(1e-6, 1.0),
+    material=RESINS,
+    yarn=st.none() | YARNS,
+    viscoelastic=st.booleans(),
+    rupture=st.sampled_from(["off", "stop", "go on"]),
+)
 SPECIMENS = st.builds(
     SpecimenSpec,
     knit=st.sampled_from(sorted(NAMED_STITCHES)) | STITCHES,
@@ -90,7 +156,7 @@ VOLUMETRIC_SPECIMENS = st.builds(
 )
 STAGES = st.fixed_dictionaries(
     {
-        "specimen": SPECIMENS | VOLUMETRIC_SPECIMENS,
+        "specimen": SPECIMENS | VOLUMETRIC_SPECIMENS | OWN_SPECIMENS,
         "others": st.just("hold"),
         "steps": st.lists(steps_on(STAGE_AXES), min_size=1, max_size=4).map(tuple),
     }

@@ -75,7 +75,7 @@ def test_a_rig_of_two_machines_is_data_alone(tmp_path: Path) -> None:
         protocol="",
         size=rig.size,
         axes=test.axes,
-        node_count=len(specimen.nodes),
+        strands=[len(specimen.nodes)],
         instruments=rig.instruments,
         provenance={},
     ) as writer:

@@ -215,3 +215,27 @@ def test_vtk_is_not_tried_where_it_would_crash(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(painters, "find_library", lambda _: None)
     assert vtk_environment({}, "linux") is None
     assert vtk_environment({}, "darwin") is not None
+
+
+def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
+    first = np.column_stack([np.arange(8.0), np.zeros(8), np.zeros(8)])
+    nodes = np.concatenate([first, first + np.array([0.0, 5.0, 0.0])])
+    values = np.concatenate([np.full(7, 1.0), np.full(7, 2.0)])
+    whole = tube(nodes, values, 0.1, strands=[8, 8])
+    alone = tube(first, values[:7], 0.1)
+    assert whole.sizes.tolist() == [len(alone.points)] * 2
+    assert whole.points[: whole.sizes[0]].tolist() == alone.points.tolist()
+    assert set(whole.values[: whole.sizes[0]]) == {1.0}
+    # No piece of a tube leads from strand to strand, nor over a broken edge.
+    values[3] = np.nan
+    broken = tube(nodes, values, 0.1, strands=[8, 8])
+    pieces = np.split(broken.points, np.cumsum(broken.sizes)[:-1])
+    assert [(piece[0, 0], piece[-1, 0]) for piece in pieces] == [(0.0, 3e3), (4e3, 7e3), (0.0, 7e3)]
+    assert not np.isnan(broken.values).any()
+
+
+def test_polylines_are_listed_as_vtk_wants_them() -> None:
+    pytest.importorskip("pyvista")
+    from app.vtk_painter import cells  # noqa: PLC0415 (it loads VTK)
+
+    assert cells(np.array([3, 2])).tolist() == [3, 0, 1, 2, 2, 3, 4]

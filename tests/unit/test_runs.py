@@ -30,7 +30,7 @@ def writer(path: Path) -> RunWriter:
         protocol="name: ü\n",
         size=SIZE,
         axes=BOTH,
-        node_count=4,
+        strands=[4],
         instruments=[stage_instrument()],
         provenance={"seed": 1},
     )
@@ -242,7 +242,7 @@ def test_a_record_of_another_layout_is_refused(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         file.attrs["layout"] = 1
-    with pytest.raises(FormatError, match="a run in layout 2"):
+    with pytest.raises(FormatError, match="a run in layout 3"):
         RunReader(tmp_path / "run.h5")
 
 

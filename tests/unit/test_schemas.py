@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ import pytest
 
 from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, to_yaml
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import Stitch, VolumetricStitch
+from knitlab_core.knits import NAMED_STITCHES, Stitch, VolumetricStitch, Yarn, same_area
 from rigs.protocol import Cycle, Ramp, Zero
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -46,6 +47,9 @@ class Bad(NamedTuple):
 
 
 STITCH = "{curvature: 1.5, height: 0.8, depth: 0.25, row_spacing: 0.86, fibre_radius: 0.05}"
+FUSED = "fused: {gap: 0.4 mm, patch_radius: 0.2 mm, strength: 20 MPa}"
+OWN = """materials: {mine: {young_modulus: {value: 1 GPa, source: mine}, poisson_ratio: {value: 0.3, source: mine}}}
+params:"""
 BAD = [
     # What is there and should not be
     Bad("rig:", "rgi: x\nrig:", 2, 1, "rgi: found an unknown field, allowed schema, name, rig, "),
@@ -119,6 +123,90 @@ BAD = [
     Bad("rig: biaxial-hook", "rig: uniaxial-frame", 1, 1, "mount: found nothing, allowed C or W: the axis along the"),
     Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: P", 3, 8, "mount: found P, allowed C or W: the axis along"),
     Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: C", 11, 9, "others: found hold, allowed free on uniaxial-fr"),
+    # What the yarn is made of, and what goes beyond elastic rods
+    Bad("friction: 0.3", "rest_shape: bent", 8, 15, "specimen.rest_shape: found 'bent', allowed as-printed or straigh"),
+    Bad("friction: 0.3", "yarn: 3", 8, 9, "specimen.yarn: found 3, allowed a mapping that makes the yarn of fibres"),
+    Bad("friction: 0.3", "yarn: {fibres: 0}", 8, 18, "specimen.yarn.fibres: found 0, allowed a whole number from 1 to"),
+    Bad("friction: 0.3", "yarn: {fibers: 3}", 8, 10, "yarn.fibers: found an unknown field, allowed fibres, model, fi"),
+    Bad(
+        "friction: 0.3", "yarn: {fibres: 3, model: rope}", 8, 28, "specimen.yarn.model: found 'rope', allowed yarn or b"
+    ),
+    Bad("friction: 0.3", "yarn: {fibres: 3, twist: 3 mm}", 8, 28, "found '3 mm', allowed a number of radians per loop"),
+    Bad(
+        "friction: 0.3",
+        "yarn: {fibres: 2, fibre_radius: 1 s}",
+        8,
+        35,
+        "specimen.yarn.fibre_radius: found '1 s', allowe",
+    ),
+    Bad(
+        "friction: 0.3",
+        "yarn: {fibres: 2, winding_radius: 0}",
+        8,
+        37,
+        "specimen.yarn.winding_radius: found fibres whos",
+    ),
+    Bad(
+        "friction: 0.3",
+        "fused: on",
+        8,
+        10,
+        "specimen.fused: found 'on', allowed a mapping such as {gap: 0.3 mm, patch_",
+    ),
+    Bad(
+        "friction: 0.3",
+        "fused: {gap: 1 mm}",
+        8,
+        10,
+        "specimen.fused.patch_radius: found nothing, allowed the radius of",
+    ),
+    Bad(
+        "friction: 0.3", FUSED.replace("0.4 mm", "0 mm"), 8, 16, "specimen.fused.gap: found 0.0, allowed a number above"
+    ),
+    Bad(
+        "friction: 0.3",
+        FUSED.replace("20 MPa", "20 N"),
+        8,
+        56,
+        "specimen.fused.strength: found '20 N', allowed a stress",
+    ),
+    Bad(
+        "friction: 0.3",
+        FUSED + "\n  rest_shape: straight",
+        8,
+        10,
+        "none in a yarn that is straight at rest: points fus",
+    ),
+    Bad("friction: 0.3", "viscoelastic: maybe", 8, 17, "specimen.viscoelastic: found 'maybe', allowed on or off"),
+    Bad("friction: 0.3", "viscoelastic: on", 8, 17, "found on, allowed off: nothing is known of the relaxation of RGD"),
+    Bad("friction: 0.3", "rupture: go", 8, 12, "specimen.rupture: found 'go', allowed off, stop or go on"),
+    Bad(
+        "RGD8530-DM", "IP-Dip\n  rupture: on", 8, 12, "found stop, allowed off: nothing is known of the breaking strai"
+    ),
+    # Materials of one's own
+    Bad(
+        "params:",
+        "materials: own.yaml\nparams:",
+        12,
+        12,
+        "materials: found own.yaml, allowed materials by name: a text",
+    ),
+    Bad(
+        "params:",
+        "materials: {IP-Dip: {}}\nparams:",
+        12,
+        21,
+        "materials.IP-Dip.young_modulus: found nothing, allowed a",
+    ),
+    Bad(
+        "params:",
+        OWN.replace("young", "yuong"),
+        12,
+        20,
+        "materials.mine.yuong_modulus: found an unknown field, allowed",
+    ),
+    Bad("params:", OWN.replace("0.3,", "0.7,"), 12, 88, "materials.mine.poisson_ratio.value: found 0.7, allowed above"),
+    Bad("params:", OWN.replace("mine", "IP-Dip"), 12, 13, "no name of the catalogue"),
     # Stitch values
     Bad("plain-knit", STITCH.replace("0.05}", "-0.05}"), 4, 85, "specimen.knit.fibre_radius: found -0.05, allowed"),
     Bad("plain-knit", STITCH.replace("0.05}", "1 s}"), 4, 85, "found '1 s', allowed a number of loop widths"),
@@ -258,7 +346,10 @@ def test_an_error_found_later_is_placed(field: str, line: int, column: int) -> N
     assert "found strands 0.1 mm apart, allowed more than 0.8 mm" in str(error)
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.rglob("*.yaml")), ids=lambda path: path.stem)
+PROTOCOLS = sorted(path for path in EXAMPLES.rglob("*.yaml") if path.parent.name != "materials")
+
+
+@pytest.mark.parametrize("path", PROTOCOLS, ids=lambda path: path.stem)
 def test_examples_read_back(path: Path) -> None:
     protocol = load(path).protocol
     assert from_yaml(to_yaml(protocol)) == protocol
@@ -310,3 +401,47 @@ def test_the_published_schema_knows_every_step() -> None:
     assert schema["required"] == ["schema", "rig", "specimen", "speed_ref", "others", "steps"]
     for step in ("zero", "preload", "ramp", "hold", "cycle", "repeat"):
         assert f'"required": ["{step}"]' in text
+
+
+def test_fibres_have_the_stitchs_area_unless_told_otherwise() -> None:
+    def yarn(text: str) -> Yarn:
+        found = from_yaml(GOOD.replace("friction: 0.3", text)).specimen.yarn
+        assert found is not None
+        return found
+
+    assert yarn("yarn: {fibres: 3}") == same_area(NAMED_STITCHES["plain-knit"].fibre_radius, 3)
+    given = yarn("yarn: {fibres: 2, model: bundle, fibre_radius: 0.2 mm, winding_radius: 0.25 mm, twist: 2}")
+    assert (given.fibre_radius, given.winding_radius) == pytest.approx((0.2 / 8, 0.25 / 8))
+    assert (given.model, given.twist, given.bonding) == ("bundle", 2.0, 0.0)
+    # Neighbours lie a tenth of a radius apart, whatever the radius.
+    half = yarn("yarn: {fibres: 2, fibre_radius: 0.2 mm}")
+    assert half.straight_gap == pytest.approx(0.1 * half.fibre_radius)
+
+
+def test_on_stops_at_a_rupture() -> None:
+    for word, meant in (("on", "stop"), ("off", "off"), ("stop", "stop"), ("go on", "go on"), ("true", "stop")):
+        assert from_yaml(GOOD.replace("friction: 0.3", f"rupture: {word}")).specimen.rupture == meant
+
+
+def test_a_material_of_ones_own_comes_with_its_numbers() -> None:
+    text = GOOD.replace("params:", OWN).replace("RGD8530-DM", "mine")
+    spec = from_yaml(text).specimen
+    assert spec.substance.young_modulus.value == 1e9
+    assert from_yaml(to_yaml(from_yaml(text))) == from_yaml(text)
+
+
+def test_materials_of_a_file_stand_beside_the_protocol(tmp_path: Path) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text(GOOD.replace("params:", "materials: own.yaml\nparams:").replace("RGD8530-DM", "creeping-resin"))
+    with pytest.raises(ProtocolError, match=r"own\.yaml:1:1: materials: found no such file"):
+        load(path)
+    own = (EXAMPLES / "materials" / "my-resins.yaml").read_text(encoding="utf-8")
+    (tmp_path / "own.yaml").write_text(own, encoding="utf-8")
+    loaded = load(path)
+    assert loaded.protocol.specimen.substance.name == "creeping-resin"
+    # A record holds both texts, and they say the same protocol again.
+    assert from_yaml(loaded.text, loaded.materials) == replace(loaded.protocol, name="test")
+    unknown = path.read_text().replace("creeping-resin", "creping-resin")
+    path.write_text(unknown)
+    with pytest.raises(ProtocolError, match=r"p\.yaml:7:13: .* brittle-ip-dip \(did you mean creeping-resin\?\)"):
+        load(path)

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import pytest
 
-from app.materials import known_materials, load_materials, materials_file
 from app.provenance import _facts
 from app.schemas import ProtocolError
+from app.schemas.material_files import known_materials, load_materials, materials_file
 from app.schemas.materials import json_schema
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, material_named

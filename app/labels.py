@@ -1,0 +1,54 @@
+"""Say in words what a specimen is made of beside its stitch: its fibres, and what goes beyond elastic rods."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from knitlab_core.knits import Yarn
+    from knitlab_core.materials import Value
+    from rigs.specimen import SpecimenSpec
+
+ELASTIC: Final = "nothing: linearly elastic rods, contact and friction"
+
+
+def yarn_label(spec: SpecimenSpec) -> str:
+    """Return what the yarn is made of."""
+    yarn: Yarn | None = spec.yarn
+    if yarn is None:
+        return "one fibre"
+    count = "one fibre" if yarn.fibres == 1 else f"{yarn.fibres} fibres"
+    size = f"radius {_mm(yarn.fibre_radius, spec)}, wound at {_mm(yarn.winding_radius, spec)}"
+    seen = "each a rod of its own" if yarn.model == "bundle" else f"as one rod, bonding {yarn.bonding:g}"
+    return f"{count} of {size}, twist {yarn.twist:g} rad per loop width, {seen}"
+
+
+def beyond_elastic(spec: SpecimenSpec) -> dict[str, str]:
+    """Return the options that go beyond elastic rods, and what each is set to; those that are off are left out."""
+    material, found = spec.substance, {}
+    if spec.rest_shape != "as-printed":
+        found["rest shape"] = f"{spec.rest_shape}: the yarn is bent into the knit before the test"
+    if spec.viscoelastic:
+        lost = sum(term.share.value for term in material.relaxation)
+        times = ", ".join(f"{term.time.value:g} s" for term in material.relaxation)
+        assumed = _assumed(*(value for term in material.relaxation for value in (term.share, term.time)))
+        found["viscoelastic"] = f"on: {lost:.3g} of the stiffness relaxes, in {times}{assumed}; contacts stay elastic"
+    if spec.fused is not None:
+        law = spec.fused
+        shear = "" if law.shear_strength is None else f", in shear {1e-6 * law.shear_strength:.4g} MPa"
+        found["fused points"] = (
+            f"on: where printed nearer than {1e3 * law.fuse_gap:.4g} mm, necks of radius {1e3 * law.patch_radius:.4g} "
+            f"mm, strength {1e-6 * law.strength:.4g} MPa{shear} (assumed)"
+        )
+    if spec.rupture != "off" and material.breaking_strain is not None:
+        limit = material.breaking_strain
+        found["rupture"] = f"{spec.rupture}: a fibre breaks at a strain of {limit.value:.4g}{_assumed(limit)}"
+    return found
+
+
+def _mm(loop_widths: float, spec: SpecimenSpec) -> str:
+    return f"{1e3 * loop_widths * spec.loop_width:.4g} mm"
+
+
+def _assumed(*values: Value) -> str:
+    return " (assumed)" if any(value.assumed for value in values) else ""

@@ -1,0 +1,110 @@
+"""Describe the specimen in the YAML of a protocol: knit, yarn, and what goes beyond elastic rods."""
+
+from typing import Annotated, Final, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from app.schemas.base import BRANCH, Model
+from app.schemas.values import Length, StitchValue, Strain, Stress, Switch
+from app.units import allowed
+from rigs.specimen import RestShape, Rupture
+
+_LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
+_STITCH = Field(description=_LENGTH)
+
+
+def _rupture(value: object) -> object:
+    """Return how a rupture is met: `on` stops the test."""
+    if value is True or value is False:
+        return "stop" if value else "off"
+    return "stop" if value == "on" else value
+
+
+RuptureSwitch = Annotated[Rupture, BeforeValidator(_rupture)]
+
+
+class StitchModel(Model):
+    """Give the values of a stitch."""
+
+    curvature: StitchValue = Field(description="a pure number, such as 1.5")
+    height: StitchValue = _STITCH
+    depth: StitchValue = _STITCH
+    row_spacing: StitchValue = _STITCH
+    fibre_radius: StitchValue = _STITCH
+
+
+class VolumetricStitchModel(Model):
+    """Give the values of a volumetric stitch."""
+
+    curvature: StitchValue = Field(description="a pure number, such as 1.5")
+    wale_height: StitchValue = _STITCH
+    pile_height: StitchValue = _STITCH
+    depth: StitchValue = _STITCH
+    row_spacing: StitchValue = _STITCH
+    layer_spacing: StitchValue = _STITCH
+    fibre_radius: StitchValue = _STITCH
+
+
+VOLUMETRIC: Final = f"{BRANCH}volumetric"
+
+
+def _knit_branch(value: object) -> str:
+    """Tell a name, the values of a stitch and those of a volumetric one apart."""
+    if not isinstance(value, dict):
+        return f"{BRANCH}name"
+    only_there = set(VolumetricStitchModel.model_fields) - set(StitchModel.model_fields)
+    return VOLUMETRIC if only_there & set(value) else f"{BRANCH}values"
+
+
+class YarnModel(Model):
+    """Make the yarn of fibres."""
+
+    fibres: int = Field(description="a whole number from 1 to 64")
+    model: Literal["yarn", "bundle"] = Field(
+        default="yarn", description="yarn, one rod for all fibres, or bundle, each fibre a rod of its own"
+    )
+    fibre_radius: StitchValue | None = Field(default=None, description=_LENGTH)
+    winding_radius: StitchValue | None = Field(default=None, description=_LENGTH)
+    twist: float = Field(default=0.0, description="a number of radians per loop width of yarn, such as 2")
+    phase: float = Field(default=0.0, description="a number of radians")
+    bonding: float = Field(default=0.0, description="a number from 0, loose fibres, to 1, glued ones")
+
+
+class FusedModel(Model):
+    """Fuse strands that were printed near each other."""
+
+    gap: Length = Field(description="the gap below which strands are fused, such as 0.3 mm")
+    patch_radius: Length = Field(description="the radius of a fused point, such as 0.1 mm")
+    strength: Stress = Field(description="the tension at which it breaks, such as 20 MPa")
+    shear_strength: Stress | None = Field(default=None, description="the shear at which it breaks, such as 12 MPa")
+    locate: Strain = Field(default=0.01, description="how near to its strength it breaks, such as 1 %")
+
+
+class SpecimenModel(Model):
+    """Name the knit on the rig."""
+
+    knit: Annotated[
+        Annotated[str, Tag(f"{BRANCH}name")]
+        | Annotated[StitchModel, Tag(f"{BRANCH}values")]
+        | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)],
+        Discriminator(_knit_branch),
+    ] = Field(description="the name of a knit, such as stockinette-default, or a mapping of stitch values")
+    loops: list[int] = Field(
+        min_length=2,
+        max_length=3,
+        description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
+    )
+    loop: Length = Field(description=allowed("length"))
+    material: str = Field(description="the name of a material, such as RGD8530-DM")
+    friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
+    hook: Literal["pin"] = Field(default="pin", description="pin")
+    nodes_per_loop: int = Field(default=48, description="a whole number, such as 48")
+    rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
+    yarn: YarnModel | None = Field(
+        default=None, description="a mapping that makes the yarn of fibres, such as {fibres: 3}"
+    )
+    fused: FusedModel | None = Field(
+        default=None, description="a mapping such as {gap: 0.3 mm, patch_radius: 0.1 mm, strength: 20 MPa}"
+    )
+    viscoelastic: Switch = Field(default=False, description="on or off")
+    rupture: RuptureSwitch = Field(default="off", description="off, stop or go on")

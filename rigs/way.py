@@ -1,0 +1,234 @@
+"""Follow a straight way of the axes from equilibrium to equilibrium, and break the fibres that break on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
+from knitlab_core.errors import ConvergenceError
+from rigs.rig import most_strained, pose, without_edge
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.newton import Options, Report
+    from knitlab_core.equilibrium.rupture import Spot
+    from rigs.record import FloatArray
+    from rigs.rig import Rig
+    from rigs.steps import Axis
+
+Displacement: TypeAlias = "Mapping[Axis, float]"
+
+MOST_BREAKS: Final = 100
+"""Fibres that may break one after the other with the carriages where they are; beyond, the specimen is torn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Step:
+    """Hold one equilibrium on a way.
+
+    Attributes
+    ----------
+    share : float
+        How far along the way it lies [1].
+    displacement : Mapping
+        Where the axes stand [m].
+    state, report
+        The specimen's state, and how its search went.
+    iterations, factorisations : int
+        What the search cost.
+    seconds : float
+        How long it took [s].
+    rig : Rig
+        The rig there; another one after a fibre broke.
+    broken : Spot or None
+        Where a fibre breaks at this equilibrium.
+    final : bool
+        Whether the test ends with that break.
+    """
+
+    share: float
+    displacement: Displacement
+    state: State
+    report: Report
+    iterations: int
+    factorisations: int
+    seconds: float
+    rig: Rig
+    broken: Spot | None = None
+    final: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Way:
+    """Describe a straight way of the axes: its ends [m], its time [s], and how it is gone.
+
+    Attributes
+    ----------
+    start, goal : Mapping
+        Where the axes stand, and where they shall [m].
+    longest : float
+        Longest step, as a share of the way.
+    duration : float
+        Time it takes, at an even pace [s]; it matters only to yarn that relaxes.
+    options : Options or None
+        How hard the solver tries.
+    go_on : bool
+        Whether it goes on after a fibre broke.
+    """
+
+    start: Displacement
+    goal: Displacement
+    longest: float
+    duration: float
+    options: Options | None
+    go_on: bool
+
+    def target(self, rig: Rig, share: float) -> FloatArray:
+        """Return the target (N, 4) of what is held [r] at a share of the way."""
+        return pose(rig, between(self.start, self.goal, share))
+
+
+def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, float]:
+    """Return the displacements at a share of a straight way; exact at both ends, and where an axis stands still."""
+    if share == 1.0:
+        return dict(end)
+    return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
+
+
+def follow(rig: Rig, state: State, way: Way) -> Iterator[Step]:
+    """Yield the equilibria on a way; the caller's own time is not counted.
+
+    Where a fibre breaks, the equilibrium at which it does is one of them, and, if the test goes on, so is the one
+    after it at the same place.
+    """
+    at = 0.0
+    while True:
+        broken = None
+        for step in _whole(rig, state, way, at):
+            if _breaks(rig, step.state):
+                broken = _cut_short(rig, state, way, at, step)
+                break
+            state, at = step.state, step.share
+            yield step
+        if broken is None:
+            return
+        after = _after(broken, way) if way.go_on else None
+        yield replace(broken, final=after is None)
+        if after is None:
+            return
+        yield after
+        rig, state, at = after.rig, after.state, after.share
+        if at == 1.0:
+            return
+
+
+def _whole(rig: Rig, state: State, way: Way, begin: float) -> Iterator[Step]:
+    """Yield the equilibria from a share of a way to its end, as if nothing broke."""
+    left = 1.0 - begin
+
+    def along(share: float) -> float:
+        return 1.0 if share == 1.0 else begin + share * left
+
+    path = march(
+        rig.work,
+        state,
+        lambda share: way.target(rig, along(share)),
+        longest=min(1.0, way.longest / left),
+        options=way.options,
+        duration=left * way.duration,
+    )
+    while True:
+        began, made = perf_counter(), rig.work.factorisations
+        found = next(path, None)
+        if found is None:
+            return
+        share, reached, report = found
+        yield Step(
+            share=along(share),
+            displacement=between(way.start, way.goal, along(share)),
+            state=reached,
+            report=report,
+            iterations=report.iterations,
+            factorisations=rig.work.factorisations - made,
+            seconds=perf_counter() - began,
+            rig=rig,
+        )
+
+
+def _breaks(rig: Rig, state: State) -> bool:
+    """Tell whether a fibre is strained as far as it can be, or farther."""
+    return rig.breaks_at is not None and most_strained(rig, state).strain >= rig.breaks_at
+
+
+def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> Step:
+    """Return the equilibrium of a step at which the first fibre reaches its limit.
+
+    Where it is not found, the step is taken whole: a knit that snaps passes the limit without reaching it. So is a
+    step on which a fused point breaks, which cannot be gone again.
+    """
+    limit, work = rig.breaks_at or 0.0, rig.work
+    whole = replace(step, broken=most_strained(rig, step.state))
+    bonds_broke = bool((before.bonds.hold != step.state.bonds.hold).any())
+    if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
+        return whole
+    began, made = perf_counter(), work.factorisations
+    length = step.share - begin
+    span = length * way.duration
+
+    def path(share: float) -> FloatArray:
+        return way.target(rig, begin + share * length)
+
+    share, found, _ = reach_rupture(
+        work, before, path, limit=limit, radius=rig.fibre_reach, options=way.options, duration=span
+    )
+    if found is None:
+        return whole
+    # Once more, for the account of its search.
+    again, report = advance(work, before, path(share), way.options, duration=share * span)
+    if again is None:
+        return whole
+    at = begin + share * length
+    return Step(
+        share=at,
+        displacement=between(way.start, way.goal, at),
+        state=again,
+        report=report,
+        iterations=step.iterations + report.iterations,
+        factorisations=step.factorisations + work.factorisations - made,
+        seconds=step.seconds + perf_counter() - began,
+        rig=rig,
+        broken=most_strained(rig, again),
+    )
+
+
+def _after(broken: Step, way: Way) -> Step | None:
+    """Return the equilibrium after a fibre broke, and others if its break overstrains them; None if none is found."""
+    rig, state = broken.rig, broken.state
+    began, made = perf_counter(), rig.work.factorisations
+    try:
+        for _ in range(MOST_BREAKS):
+            rig, state = without_edge(rig, state, most_strained(rig, state).edge, way.options)
+            if not _breaks(rig, state):
+                break
+        else:
+            return None
+    except ConvergenceError:
+        return None
+    settled, report = advance(rig.work, state, way.target(rig, broken.share), way.options)
+    if settled is None:
+        return None
+    return Step(
+        share=broken.share,
+        displacement=broken.displacement,
+        state=settled,
+        report=report,
+        iterations=report.iterations,
+        factorisations=rig.work.factorisations - made,
+        seconds=perf_counter() - began,
+        rig=rig,
+    )

@@ -1,0 +1,158 @@
+"""Examples of what goes beyond one elastic fibre, each against the same test without it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from app.figures import energy_balance_error
+from app.rig_data import machines_of
+from app.run_reader import RunReader
+from app.schemas import from_yaml, load
+from app.usecases import run_protocol
+from rigs.experiment import perform
+from rigs.protocol import Ramp, Target
+from rigs.record import Equilibrium, Outcome, trace_of
+from rigs.rig import mount
+from rigs.specimen import make_specimen
+from tests.synthetic_run import BOTH
+
+if TYPE_CHECKING:
+    from rigs.protocol import Protocol
+    from rigs.record import FloatArray, Trace
+    from rigs.steps import Axis
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@dataclass
+class Done:
+    """A protocol that was carried out, without files."""
+
+    outcome: Outcome
+    trace: Trace
+    gauges: dict[Axis, float]
+
+    def strain(self, axis: Axis) -> FloatArray:
+        return self.trace.columns[f"displacement_{axis}"] / self.gauges[axis]
+
+    def force(self, axis: Axis, at: float) -> float:
+        """Return the force at a strain on loading [N]."""
+        top = int(np.argmax(self.strain(axis))) + 1
+        return float(np.interp(at, self.strain(axis)[:top], self.trace.columns[f"force_{axis}"][:top]))
+
+
+def carry_out(
+    protocol: Protocol,
+    balance: float = 0.01,
+    **specimen: Any,  # noqa: ANN401 (whatever a specimen is made of)
+) -> Done:
+    protocol = replace(protocol, specimen=replace(protocol.specimen, **specimen))
+    rig, state = mount(make_specimen(protocol.specimen), protocol, machines_of(protocol))
+    *events, outcome = perform(rig, state, protocol)
+    assert isinstance(outcome, Outcome)
+    trace = trace_of([event for event in events if isinstance(event, Equilibrium)])
+    assert energy_balance_error(trace) < balance
+    return Done(outcome, trace, rig.gauges)
+
+
+def example(name: str) -> Protocol:
+    return load(EXAMPLES / f"{name}_small.yaml").protocol
+
+
+def to(strain: float) -> Ramp:
+    return Ramp(axes=BOTH, to=Target(kind="strain", value=strain), rate=2e-4)
+
+
+def test_a_resin_that_creeps_lets_the_force_fall() -> None:
+    ran, elastic = carry_out(example("creeping")), carry_out(example("creeping"), viscoelastic=False)
+    held = np.flatnonzero(np.array(ran.trace.phase) == "Hold")
+    assert len(held) > 5
+    columns = ran.trace.columns
+    for axis in BOTH:
+        force, at_once = columns[f"force_{axis}"][held[0] - 1 : held[-1] + 1], elastic.force(axis, 0.2)
+        assert np.all(np.diff(force) < 0.0)
+        # A quarter of the stiffness relaxes in the end, some of it before the hold.
+        assert 0.75 * at_once <= force[-1] < 0.95 * force[0] < at_once
+    # An elastic yarn stands still in one row.
+    assert elastic.trace.phase.count("Hold") == 1
+    assert columns["viscous_work"][-1] > 0.0
+    assert np.all(np.diff(columns["viscous_work"]) >= 0.0)
+    assert np.all(elastic.trace.columns["viscous_work"] == 0.0)
+
+
+def test_two_loose_fibres_are_half_as_stiff_as_one_of_their_area() -> None:
+    ran, single = carry_out(example("bundle")), carry_out(example("bundle"), yarn=None)
+    for axis in BOTH:
+        assert ran.force(axis, 0.1) / single.force(axis, 0.1) == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_fused_knit_is_stiffer_until_its_points_break() -> None:
+    ran, free = carry_out(example("fused")), carry_out(example("fused"), fused=None)
+    columns = ran.trace.columns
+    whole = columns["bonds_whole"]
+    assert whole[0] > 0
+    assert np.all(np.diff(whole) <= 0)
+    assert whole[-1] == 0
+    assert ran.force("C", 0.01) > 5.0 * free.force("C", 0.01)
+    for axis in BOTH:
+        # Friction remembers that the knit came another way.
+        assert ran.force(axis, 0.15) == pytest.approx(free.force(axis, 0.15), rel=0.1)
+    assert columns["bond_released"][-1] > 0.0
+    assert columns["bond_energy"][-1] == 0.0
+
+
+def test_a_brittle_knit_breaks_where_its_material_says() -> None:
+    protocol = example("rupture")
+    ran, whole = carry_out(protocol), carry_out(replace(protocol, steps=(to(0.2),)), rupture="off")
+    assert ran.outcome.end == "rupture"
+    assert "a fibre broke at strain C " in ran.outcome.message
+    strain = ran.trace.columns["fibre_strain"]
+    assert strain[-1] == pytest.approx(0.05, rel=1e-3)
+    assert np.all(strain[:-1] < 0.05)
+    # Until then it is as any other.
+    assert ran.force("W", 0.2) == pytest.approx(whole.force("W", 0.2), rel=1e-3)
+
+
+def test_a_test_may_go_on_after_a_rupture() -> None:
+    protocol = replace(example("rupture"), steps=(to(0.3),))
+    ran, whole = carry_out(protocol, rupture="go on"), carry_out(protocol, rupture="off")
+    assert ran.outcome == Outcome(end="target")
+    broke = int(np.argmax(ran.trace.columns["fracture_work"] > 0.0))
+    force, strain = ran.trace.columns["force_W"], ran.strain("W")
+    # At the same place, with less force; and softer from there on.
+    assert strain[broke] == strain[broke - 1]
+    assert force[broke] < 0.9 * force[broke - 1]
+    assert ran.force("W", 0.3) < 0.9 * whole.force("W", 0.3)
+
+
+def test_cotton_loads_its_hooks_before_it_is_pulled() -> None:
+    # A loop of straight yarn may snap to another balance: what it sets free then stands in no column.
+    ran = carry_out(example("cotton"), balance=0.1)
+    printed = carry_out(example("cotton"), rest_shape="as-printed")
+    assert ran.outcome == Outcome(end="target")
+    columns, plain = ran.trace.columns, printed.trace.columns
+    # A straight yarn wants out of its loops: it is strained before the test, a printed one is not.
+    assert ran.trace.phase[0] == "Zero"
+    assert columns["elastic_bend"][0] > 0.1 * columns["elastic_bend"].max()
+    assert abs(columns["force_C"][0]) > 0.1 * np.abs(columns["force_C"]).max()
+    assert abs(plain["force_C"][0]) < 1e-6 * np.abs(plain["force_C"]).max()
+    # What bent it there is not the test's.
+    assert abs(columns["external_work"][0]) + columns["friction_work"][0] < 1e-3 * columns["elastic_bend"][0]
+
+
+def test_a_record_says_what_it_was_made_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+    result = run_protocol(EXAMPLES / "rupture_small.yaml", tmp_path / "run", lambda _share, _text: None)
+    assert result.outcome == "rupture"
+    run = RunReader(result.folder / "run.h5")
+    facts = run.provenance
+    assert facts["rupture"] == "stop: a fibre breaks at a strain of 0.05 (assumed)"
+    assert facts["viscoelastic"] == facts["fused_points"] == "off"
+    assert str(facts["material.elongation_at_break.source"]).endswith("assumed")
+    again = from_yaml(run.protocol, run.materials)
+    assert again.specimen == load(EXAMPLES / "rupture_small.yaml").protocol.specimen
