@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitlab_core.equilibrium.knitting_in import knit_in
-from knitlab_core.equilibrium.model import make_model
+from knitlab_core.equilibrium.model import DECIMALS, make_model
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
@@ -176,7 +176,7 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:
     """Return the target (N, 4) of the held unknowns [r] with the axes at `displacement` [m]."""
     length = rig.work.model.scales.length
-    travel = {axis: displacement[axis] / length for axis in rig.grips}
+    travel = {axis: round(displacement[axis] / length, DECIMALS) for axis in rig.grips}
     return place(tuple(grip for pair in rig.grips.values() for grip in pair), rig.mounted, travel)
 
 

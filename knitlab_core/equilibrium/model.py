@@ -16,6 +16,9 @@ from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.rods.section import SOLID, Section, with_section
 from knitlab_core.units import Scales
 
+DECIMALS = 9
+"""Decimals of positions and of the fixtures' travel [r]: far below any tolerance, far above rounding."""
+
 SLIP = 0.02
 """Elastic slip before sliding [r]: a contact approaches by as much, and the loop area is within 7 % of its limit."""
 
@@ -137,7 +140,8 @@ def make_model(
         With nothing prescribed yet but the dummy angles.
     """
     sizes = tuple(len(s) for s in strands)
-    x = np.concatenate(strands) / radius
+    # Rounding of the last digits would grow wherever strands snap: a knit of any size starts from the same numbers.
+    x = np.round(np.concatenate(strands) / radius, DECIMALS)
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
