@@ -92,14 +92,17 @@ def test_bonds_scale_with_the_specimen_and_its_modulus() -> None:
 
 
 def closest_points(centreline: "FloatArray", gap: float) -> int:
-    """Count the strict local minima of the distance between samples (n, 3) of a yarn, every pair looked at."""
+    """Count the local minima of the distance between samples (n, 3) of a yarn, every pair looked at, ties once."""
     apart = np.linalg.norm(centreline[:, None] - centreline[None], axis=2)
     inside = apart[1:-1, 1:-1]
     lowest = inside < 2.0 + gap
     for i in (0, 1, 2):
         for j in (0, 1, 2):
-            if (i, j) != (1, 1):
-                lowest &= inside < apart[i : i + inside.shape[0], j : j + inside.shape[1]]
+            beside = apart[i : i + inside.shape[0], j : j + inside.shape[1]]
+            if (i, j) < (1, 1):
+                lowest &= inside < beside
+            else:
+                lowest &= inside <= beside
     return int(np.count_nonzero(np.triu(lowest, 4)))
 
 
