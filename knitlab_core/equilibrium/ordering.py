@@ -1,121 +1,120 @@
-"""Elimination order of the nodes and the blocks of the factor it leads to."""
+"""Elimination order of the nodes, and the tree in which columns of the factor need each other."""
 
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
-from knitlab_core.arrays import BoolArray, IndexArray
+from knitlab_core.arrays import FloatArray, IndexArray
+from knitlab_core.equilibrium.dissection import dissect
+from knitlab_core.equilibrium.minimum_degree import Graph, minimum_degree
 from knitlab_core.jit import kernel
 from knitlab_core.rods.blocks import Pattern
 
+DISSECT_ABOVE = 2e8
+"""Operations of a factorisation from which a dissection is tried: below, trying takes longer than it may save."""
 
-class Factorisation(NamedTuple):
-    """Block structure of the factor L of the permuted stiffness.
 
-    `place`: (N,) position of a node in the elimination order; `start`: (N + 1,)
-    first block of each column of L below its diagonal; `row`: (Z,) row of each
-    block; `source_start`: (N + 1,), `source`, `source_row`, `flipped`: the
-    stiffness blocks of each column, their rows, and whether they are transposed.
+class Elimination(NamedTuple):
+    """What each step of an elimination depends on.
+
+    `order`: (N,) node eliminated at each step; `place`: (N,) step of each node;
+    `parent`: (N,) next step that a step acts on, -1 for none; `below`: (N,)
+    blocks of each column of the factor below its diagonal.
     """
 
+    order: IndexArray
     place: IndexArray
-    start: IndexArray
-    row: IndexArray
-    source_start: IndexArray
-    source: IndexArray
-    source_row: IndexArray
-    flipped: BoolArray
+    parent: IndexArray
+    below: IndexArray
+
+    @property
+    def operations(self) -> float:
+        """Additions and multiplications of a factorisation in 4 x 4 blocks."""
+        rows = self.below.astype(np.float64)
+        return float(64.0 * np.sum(rows * (rows + 1.0)))
 
 
-def minimum_degree(pattern: Pattern) -> IndexArray:
-    """Order the node graph (4 unknowns to 1) by multiple minimum degree.
-
-    SuperLU computes the order on its way; the numbers it factors are a
-    stand-in that is diagonally dominant, so that it never has to pivot.
-    """
+def node_graph(pattern: Pattern) -> Graph:
+    """Return which nodes act on each other, 4 unknowns to 1."""
     n = pattern.diagonal.size
     off = pattern.rows != pattern.columns
     i, j = pattern.rows[off], pattern.columns[off]
-    ones = np.ones(i.size)
-    graph = sparse.coo_matrix((ones, (i, j)), shape=(n, n))
-    graph = (graph + graph.T + sparse.diags(np.full(n, 2.0 * n))).tocsc()
-    factor = splu(
-        graph,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return np.asarray(factor.perm_c, dtype=np.int64)
+    both = sparse.coo_matrix(
+        (np.ones(2 * i.size, dtype=np.int8), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
+    ).tocsr()
+    return Graph(both.indptr.astype(np.int64), both.indices.astype(np.int64))
 
 
 @kernel
-def _fill(
-    n: int, first: IndexArray, rows: IndexArray, parent: IndexArray, start: IndexArray, row: IndexArray, write: bool
-) -> int:
-    """Count or write the row structure of every column of L (row subtrees); return its size.
-
-    `first`, `rows`: columns of the permuted lower triangle by *row*: for row k,
-    the columns j < k in which it has a block.
-    """
+def _count(graph: Graph, order: IndexArray, place: IndexArray, parent: IndexArray, below: IndexArray) -> None:
+    """Fill the elimination tree and the size of each column, row by row of the factor (Liu 1990)."""
+    n = order.size
     mark = np.full(n, -1)
-    if not write:
-        parent[:] = -1
-        start[:] = 0
-    used = start.copy()
     for k in range(n):
         mark[k] = k
-        for p in range(first[k], first[k + 1]):
-            j = rows[p]
-            while mark[j] != k:
-                if write:
-                    row[used[j]] = k
-                    used[j] += 1
-                else:
-                    if parent[j] == -1:
-                        parent[j] = k
-                    start[j + 1] += 1
+        for p in range(graph.start[order[k]], graph.start[order[k] + 1]):
+            j = place[graph.neighbour[p]]
+            while j < k and mark[j] != k:
+                if parent[j] == -1:
+                    parent[j] = k
+                below[j] += 1
                 mark[j] = k
                 j = parent[j]
-    if not write:
-        for k in range(n):
-            start[k + 1] += start[k]
-    return int(start[n])
 
 
-def _grouped(keys: IndexArray, n: int) -> tuple[IndexArray, IndexArray]:
-    """Return an order that sorts `keys` and where each of n groups starts in it."""
-    order = np.argsort(keys, kind="stable")
-    return order, np.searchsorted(keys[order], np.arange(n + 1))
+def eliminate(graph: Graph, order: IndexArray) -> Elimination:
+    """Find tree and columns of an elimination in the given order."""
+    n = order.size
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    parent, below = np.full(n, -1), np.zeros(n, dtype=np.int64)
+    _count(graph, order, place, parent, below)
+    return Elimination(order, place, parent, below)
 
 
-def analyse(pattern: Pattern) -> Factorisation:
-    """Find the elimination order and the blocks of the factor.
+@kernel
+def _postorder(parent: IndexArray, order: IndexArray) -> None:
+    """Fill the order of a tree in which every subtree is contiguous and its root last."""
+    n = parent.size
+    child, sibling = np.full(n, -1), np.full(n, -1)
+    for k in range(n - 1, -1, -1):
+        if parent[k] >= 0:
+            sibling[k] = child[parent[k]]
+            child[parent[k]] = k
+    done = 0
+    for root in range(n):
+        if parent[root] >= 0:
+            continue
+        k = root
+        while k >= 0:
+            while child[k] >= 0:
+                k = child[k]
+            order[done] = k
+            done += 1
+            # A node follows the last of its children.
+            while k != root and sibling[k] < 0:
+                k = parent[k]
+                order[done] = k
+                done += 1
+            k = -1 if k == root else sibling[k]
+
+
+def choose_order(graph: Graph, positions: FloatArray | None = None) -> Elimination:
+    """Find an order with little fill: minimum degree, or nested dissection where that needs less work.
 
     Parameters
     ----------
-    pattern : Pattern
-        Blocks of the stiffness.
+    graph : Graph
+        Which nodes act on each other.
+    positions : (N, 3) array, optional
+        Where the nodes are; without them there is no dissection.
     """
-    n = pattern.diagonal.size
-    place = minimum_degree(pattern)
-    i, j = place[pattern.rows], place[pattern.columns]
-    low, high = np.minimum(i, j), np.maximum(i, j)
-    by_column, source_start = _grouped(low, n)
-    off = np.flatnonzero(low != high)
-    by_row, first = _grouped(high[off], n)
-    rows = low[off][by_row]
-    parent, start = np.empty(n, np.int64), np.zeros(n + 1, np.int64)
-    size = _fill(n, first, rows, parent, start, np.empty(0, np.int64), False)
-    row = np.empty(size, np.int64)
-    _fill(n, first, rows, parent, start, row, True)
-    return Factorisation(
-        place=place,
-        start=start,
-        row=row,
-        source_start=source_start,
-        source=by_column,
-        source_row=high[by_column],
-        flipped=(i < j)[by_column],
-    )
+    best = eliminate(graph, minimum_degree(graph))
+    if positions is not None and best.operations > DISSECT_ABOVE:
+        other = eliminate(graph, minimum_degree(graph, dissect(graph, positions)))
+        if other.operations < best.operations:
+            best = other
+    post = np.empty_like(best.order)
+    _postorder(best.parent, post)
+    return eliminate(graph, best.order[post])

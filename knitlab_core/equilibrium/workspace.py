@@ -129,7 +129,7 @@ class Workspace:
                 bonds = None if self.fused is None else self.fused.bonds
                 wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), bonds)
                 kept = self._fit(wide, n)
-                self._linear = BlockCholesky(wide)
+                self._linear = BlockCholesky(wide, q[:, :3])
                 self.blocks = np.zeros((wide.rows.size, 4, 4))
         if kept is None:
             msg = "a list of pairs within the wider skin must contain those within the skin"

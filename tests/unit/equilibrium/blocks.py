@@ -29,6 +29,25 @@ def random_pattern(n: int, contacts: int, seed: int) -> Pattern:
     return make_pattern(n, touching(*pairs))
 
 
+def lattice(size: tuple[int, int, int]) -> tuple[Pattern, FloatArray]:
+    """Make the pattern of a strand to and fro through a box, touching itself everywhere, and its nodes' places."""
+    nx, ny, nz = size
+    z, y, x = np.meshgrid(np.arange(nz), np.arange(ny), np.arange(nx), indexing="ij")
+    x = np.where((y + z * ny) % 2 == 0, x, nx - 1 - x)
+    places = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    number = {tuple(place): i for i, place in enumerate(places.tolist())}
+    inner = range(1, len(places) - 1)
+    pairs = set()
+    for i in inner:
+        for axis in range(3):
+            beside = places[i].copy()
+            beside[axis] += 1
+            j = number.get(tuple(beside.tolist()), 0)
+            if j in inner and abs(i - j) >= 3:
+                pairs.add((min(i, j), max(i, j)))
+    return make_pattern(len(places), touching(*pairs)), places.astype(np.float64)
+
+
 def random_blocks(pattern: Pattern, seed: int, diagonal: float = 40.0) -> FloatArray:
     """Fill the pattern with random numbers, diagonal blocks symmetric and heavy."""
     blocks = np.random.default_rng(seed).normal(size=(pattern.rows.size, 4, 4))

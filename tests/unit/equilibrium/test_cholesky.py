@@ -4,7 +4,8 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from knitlab_core.equilibrium.cholesky import BlockCholesky
-from tests.unit.equilibrium.blocks import dense, random_blocks, random_pattern
+from knitlab_core.equilibrium.pattern import multiply
+from tests.unit.equilibrium.blocks import dense, lattice, random_blocks, random_pattern
 
 
 @pytest.mark.parametrize(("n", "contacts"), [(3, 0), (4, 1), (20, 0), (20, 15), (60, 80)])
@@ -71,7 +72,44 @@ def test_leaves_what_it_is_given_untouched() -> None:
     np.testing.assert_array_equal(b, np.ones((10, 4)))
 
 
-def test_a_single_rod_has_no_fill() -> None:
+@pytest.mark.parametrize("size", [(9, 9, 1), (7, 6, 5), (14, 13, 12)])
+def test_solves_a_strand_that_touches_itself_everywhere(size: tuple[int, int, int]) -> None:
+    pattern, places = lattice(size)
+    n = pattern.diagonal.size
+    blocks = random_blocks(pattern, seed=5, diagonal=150.0)
+    linear = BlockCholesky(pattern, places)
+    assert linear.factor(blocks)
+    b = np.random.default_rng(2).normal(size=(n, 4))
+    x, product = linear.solve(b), np.empty((n, 4))
+    multiply(pattern, blocks, x, product)
+    np.testing.assert_allclose(product, b, rtol=0.0, atol=1e-12 * np.abs(b).max())
+
+
+@pytest.mark.parametrize("node", [0, 1000, 2183])
+@pytest.mark.parametrize("unknown", [0, 3])
+def test_a_single_negative_direction_is_found_wherever_it_is(node: int, unknown: int) -> None:
+    pattern, places = lattice((14, 13, 12))
+    blocks = random_blocks(pattern, seed=5, diagonal=150.0)
+    linear = BlockCholesky(pattern, places)
+    assert linear.factor(blocks)
+    own = pattern.diagonal[node]
+    # A pivot is what the diagonal has beyond the rest's pull, so less than nothing is enough.
+    blocks[own, unknown, unknown] = -1e-9
+    assert not linear.factor(blocks)
+
+
+def test_gives_the_same_bits_every_time() -> None:
+    pattern, places = lattice((14, 13, 12))
+    blocks = random_blocks(pattern, seed=5, diagonal=150.0)
+    b = np.random.default_rng(2).normal(size=(pattern.diagonal.size, 4))
+    first, second = BlockCholesky(pattern, places), BlockCholesky(pattern, places)
+    assert not second.factor(-blocks)
+    assert first.factor(blocks)
+    assert second.factor(blocks)
+    np.testing.assert_array_equal(first.solve(b), second.solve(b))
+
+
+def test_takes_no_more_room_than_the_panels() -> None:
     n = 40
-    # Half bandwidth two: a diagonal and two blocks below it, but for the last two columns.
-    assert BlockCholesky(random_pattern(n, 0, seed=0)).factor_blocks == 3 * n - 3
+    # A rod has a diagonal block and two below it in each column but the last two; pairs of columns store one zero.
+    assert 3 * n - 3 <= BlockCholesky(random_pattern(n, 0, seed=0)).factor_blocks <= 4 * n

@@ -1,58 +1,72 @@
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.ordering import Factorisation, analyse, minimum_degree
-from knitlab_core.equilibrium.pattern import make_pattern
+from knitlab_core.equilibrium.ordering import choose_order, eliminate, node_graph
 from knitlab_core.rods.blocks import Pattern
-from tests.unit.equilibrium.blocks import dense, random_blocks, random_pattern, touching
+from tests.unit.equilibrium.blocks import dense, lattice, random_blocks, random_pattern
+
+BoolMatrix = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
+
+PATTERNS = [(4, 0), (30, 0), (30, 12), (60, 40)]
 
 
-def structure(plan: Factorisation) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
-    n = plan.place.size
-    has_block = np.eye(n, dtype=np.bool_)
-    has_block[plan.row, np.repeat(np.arange(n), np.diff(plan.start))] = True
-    return has_block
-
-
-@pytest.mark.parametrize(("n", "contacts"), [(4, 0), (30, 0), (30, 12), (60, 40)])
-def test_the_factor_has_a_block_where_a_dense_factor_is_not_zero(n: int, contacts: int) -> None:
-    pattern = random_pattern(n, contacts, seed=n + contacts)
-    plan = analyse(pattern)
-    order = np.argsort(plan.place)
-    # Node by node, the norm of a random heavy stiffness has the pattern's zeros.
+def dense_structure(pattern: Pattern, order: np.ndarray[tuple[int], np.dtype[np.int64]]) -> BoolMatrix:
+    """Return where the dense factor of a random stiffness in some order has blocks that are not zero."""
+    n = pattern.diagonal.size
     full = dense(pattern, random_blocks(pattern, seed=1, diagonal=200.0)).reshape(n, 4, n, 4)
     permuted = full[order][:, :, order].reshape(4 * n, 4 * n)
-    factor = np.abs(np.linalg.cholesky(permuted)).reshape(n, 4, n, 4).sum(axis=(1, 3))
-    np.testing.assert_array_equal(factor > 1e-30, structure(plan))
+    filled: BoolMatrix = np.abs(np.linalg.cholesky(permuted)).reshape(n, 4, n, 4).sum(axis=(1, 3)) > 1e-30
+    return filled
 
 
-def test_rows_of_a_column_ascend() -> None:
-    plan = analyse(random_pattern(60, 40, seed=5))
-    for k in range(plan.place.size):
-        rows = plan.row[plan.start[k] : plan.start[k + 1]]
-        assert (np.diff(rows) > 0).all()
-        assert (rows > k).all()
+@pytest.mark.parametrize(("n", "contacts"), PATTERNS)
+def test_columns_are_as_long_as_those_of_a_dense_factor(n: int, contacts: int) -> None:
+    pattern = random_pattern(n, contacts, seed=n + contacts)
+    tree = choose_order(node_graph(pattern))
+    filled = dense_structure(pattern, tree.order)
+    np.testing.assert_array_equal(tree.below, filled.sum(axis=0) - 1)
+
+
+@pytest.mark.parametrize(("n", "contacts"), PATTERNS)
+def test_the_parent_of_a_column_is_its_first_row_below(n: int, contacts: int) -> None:
+    pattern = random_pattern(n, contacts, seed=n + contacts)
+    tree = choose_order(node_graph(pattern))
+    below = np.tril(dense_structure(pattern, tree.order), -1)
+    expected = np.where(below.any(axis=0), below.argmax(axis=0), -1)
+    np.testing.assert_array_equal(tree.parent, expected)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_order_is_a_permutation(seed: int) -> None:
-    np.testing.assert_array_equal(np.sort(minimum_degree(random_pattern(50, 30, seed))), np.arange(50))
+def test_every_subtree_is_contiguous(seed: int) -> None:
+    tree = choose_order(node_graph(random_pattern(90, 60, seed)))
+    n = tree.order.size
+    first = np.arange(n)
+    size = np.ones(n, dtype=np.int64)
+    for k in range(n):
+        if tree.parent[k] >= 0:
+            first[tree.parent[k]] = min(first[tree.parent[k]], first[k])
+            size[tree.parent[k]] += size[k]
+    np.testing.assert_array_equal(first, np.arange(n) - size + 1)
 
 
-def test_every_block_of_the_stiffness_is_used_once() -> None:
-    pattern = random_pattern(50, 30, seed=2)
-    plan = analyse(pattern)
-    np.testing.assert_array_equal(np.sort(plan.source), np.arange(pattern.rows.size))
+def test_place_undoes_order() -> None:
+    tree = choose_order(node_graph(random_pattern(50, 30, seed=0)))
+    np.testing.assert_array_equal(tree.order[tree.place], np.arange(50))
 
 
-def natural_fill(pattern: Pattern) -> int:
-    n = pattern.diagonal.size
-    ones = dense(pattern, np.ones((pattern.rows.size, 4, 4)))[::4, ::4] + 2.0 * n * np.eye(n)
-    return int((np.abs(np.linalg.cholesky(ones)) > 1e-30).sum())
+def test_the_graph_is_that_of_the_pattern() -> None:
+    pattern = random_pattern(40, 25, seed=3)
+    graph = node_graph(pattern)
+    touching = np.zeros((40, 40), dtype=np.bool_)
+    touching[np.repeat(np.arange(40), np.diff(graph.start)), graph.neighbour] = True
+    expected = dense(pattern, np.ones((pattern.rows.size, 4, 4)))[::4, ::4] > 0.0
+    np.fill_diagonal(expected, val=False)
+    np.testing.assert_array_equal(touching, expected)
 
 
-def test_the_order_saves_fill_where_far_strands_touch() -> None:
-    # Strands that run back beside themselves: the natural order fills the band between them.
-    pattern = make_pattern(80, touching(*((i, 79 - i) for i in range(1, 35))))
-    plan = analyse(pattern)
-    assert plan.row.size + 80 < 0.5 * natural_fill(pattern)
+def test_operations_count_a_dense_matrix_as_it_is() -> None:
+    graph = node_graph(lattice((3, 3, 1))[0])
+    n = 9
+    full = eliminate(graph, np.arange(n))._replace(below=np.arange(n - 1, -1, -1))
+    # A multiplication and an addition for half the cube of its size, up to terms of lower order.
+    assert full.operations == pytest.approx((4 * n) ** 3 / 3.0, rel=0.02)
