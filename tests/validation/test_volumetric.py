@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+Direction = Literal["course", "wale", "pile"]
+
 # What a hook holds beside the pull: the coordinate across its pole; along the pole it is free.
 ACROSS = {"course": 2, "wale": 2, "pile": 1}
-DIRECTIONS = ("course", "wale", "pile")
+DIRECTIONS: tuple[Direction, ...] = ("course", "wale", "pile")
 
 
 def _stress(
-    direction: Literal["course", "wale", "pile"], loop_width: float, young_modulus: float, *, strain: float, steps: int
+    direction: Direction, loop_width: float, young_modulus: float, *, strain: float, steps: int
 ) -> NDArray[np.float64]:
     """Return stress over E at every step on the way to a strain, of 2x2x2 stitches."""
     stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
@@ -53,7 +55,7 @@ def _stress(
     way = march(Workspace(model), state, path, longest=1.0 / steps, options=Options(tolerance=1e-8))
     force = [model.scales.force * float(found.reaction[high, axis].sum()) for _, found, _ in way]
     section = np.prod(np.delete(np.ptp(specimen.nodes, axis=0), axis))
-    return np.array(force) / section / young_modulus
+    return np.array(force) / (float(section) * young_modulus)
 
 
 def test_stress_over_modulus_is_the_same_at_50_um_and_8_mm(bar: Callable[..., None]) -> None:
