@@ -10,8 +10,8 @@ import tempfile
 from statistics import median
 from time import perf_counter
 
-from benchmarks.linear_solvers import compare
-from benchmarks.main_job import PARTS, stiffness
+from benchmarks.linear_solvers import main as linear_solvers
+from benchmarks.main_job import PARTS
 
 REPEATS = 5
 
@@ -48,9 +48,7 @@ def main() -> None:
         helps.append(perf_counter() - began)
     print(f"knitlab --help, warm           {median(helps):.2f} s")
 
-    print("linear solvers                 analyse  factor   solve  [ms]")
-    for name, *times in compare(*stiffness()):
-        print(f"  {name:28s} " + " ".join(f"{t:7.2f}" for t in times))
+    linear_solvers()
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ the nodes, and those on one side that touch the other are the separator.
 import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.equilibrium.minimum_degree import Graph
+from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
 
 LEAF = 1000

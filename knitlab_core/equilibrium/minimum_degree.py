@@ -6,106 +6,15 @@ SIAM J. Matrix Anal. Appl. 17 (1996), 886-905. Nodes of a later part wait for
 those of the parts before, but count in their degrees.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from knitlab_core.arrays import IndexArray
-from knitlab_core.jit import inline_kernel, kernel
-
-VARIABLE, ELEMENT, GONE = 0, 1, 2
-
-
-class Graph(NamedTuple):
-    """Neighbours of each node, without itself: `neighbour[start[i] : start[i + 1]]`."""
-
-    start: IndexArray
-    neighbour: IndexArray
-
-
-class _Quotient(NamedTuple):
-    """The graph as it is eliminated; all (N,).
-
-    A variable's list holds `elements[i]` elements, then variables; an element's
-    holds variables. `weight`: nodes that a variable stands for, negative while it
-    is in the new element; `next_alike`, `last_alike`: chain of those nodes.
-    `head`, `after`, `before`: variables by degree; `bucket`, `same`, `key`: by hash.
-    """
-
-    first: IndexArray
-    length: IndexArray
-    elements: IndexArray
-    kind: IndexArray
-    weight: IndexArray
-    degree: IndexArray
-    mark: IndexArray
-    next_alike: IndexArray
-    last_alike: IndexArray
-    head: IndexArray
-    after: IndexArray
-    before: IndexArray
-    bucket: IndexArray
-    same: IndexArray
-    key: IndexArray
-
-
-def _quotient(graph: Graph) -> _Quotient:
-    n = graph.start.size - 1
-    none = np.full(n, -1)
-    length = np.diff(graph.start)
-    return _Quotient(
-        first=graph.start[:-1].copy(),
-        length=length,
-        elements=np.zeros(n, np.int64),
-        kind=np.full(n, VARIABLE),
-        weight=np.ones(n, np.int64),
-        degree=length.copy(),
-        mark=np.zeros(n, np.int64),
-        next_alike=none.copy(),
-        last_alike=np.arange(n),
-        head=none.copy(),
-        after=none.copy(),
-        before=none.copy(),
-        bucket=none.copy(),
-        same=none.copy(),
-        key=np.zeros(n, np.int64),
-    )
-
-
-@inline_kernel
-def _list(g: _Quotient, i: int) -> None:
-    """Put variable i first among those of its degree."""
-    d = g.degree[i]
-    g.before[i] = -1
-    g.after[i] = g.head[d]
-    if g.head[d] >= 0:
-        g.before[g.head[d]] = i
-    g.head[d] = i
-
-
-@inline_kernel
-def _unlist(g: _Quotient, i: int) -> None:
-    """Take variable i from those of its degree."""
-    if g.before[i] >= 0:
-        g.after[g.before[i]] = g.after[i]
-    else:
-        g.head[g.degree[i]] = g.after[i]
-    if g.after[i] >= 0:
-        g.before[g.after[i]] = g.before[i]
-
-
-@inline_kernel
-def _append(g: _Quotient, v: int, order: IndexArray, done: int) -> int:
-    """Append the nodes that v stands for to the order; return its length."""
-    while v >= 0:
-        order[done] = v
-        done += 1
-        v = g.next_alike[v]
-    return done
+from knitlab_core.equilibrium.quotient import ELEMENT, GONE, VARIABLE, Graph, Quotient, append, enlist, quotient, unlist
+from knitlab_core.jit import kernel
 
 
 @kernel
-def _make_element(g: _Quotient, lists: IndexArray, free: int, p: int) -> tuple[int, int]:
+def _make_element(g: Quotient, lists: IndexArray, free: int, p: int) -> tuple[int, int]:
     """Turn variable p into the element of all it touches, listed from `free` on.
 
     Return where the list ends, or -1 where it finds no room, and its weight.
@@ -138,7 +47,7 @@ def _make_element(g: _Quotient, lists: IndexArray, free: int, p: int) -> tuple[i
 
 
 @kernel
-def _measure(g: _Quotient, lists: IndexArray, p: int, flag: int) -> None:
+def _measure(g: Quotient, lists: IndexArray, p: int, flag: int) -> None:
     """Set mark[e] - flag to the weight of element e outside element p, for all that touch p."""
     for s in range(g.first[p], g.first[p] + g.length[p]):
         i = lists[s]
@@ -151,7 +60,7 @@ def _measure(g: _Quotient, lists: IndexArray, p: int, flag: int) -> None:
 
 
 @kernel
-def _prune(g: _Quotient, lists: IndexArray, i: int, p: int, flag: int) -> int:
+def _prune(g: Quotient, lists: IndexArray, i: int, p: int, flag: int) -> int:
     """Make p the last element of variable i, drop what p covers; return its degree outside p."""
     first, split = g.first[i], g.first[i] + g.elements[i]
     last = first + g.length[i]
@@ -191,7 +100,7 @@ def _prune(g: _Quotient, lists: IndexArray, i: int, p: int, flag: int) -> int:
 
 
 @kernel
-def _merge_alike(g: _Quotient, lists: IndexArray, part: IndexArray, p: int, flag: int) -> int:
+def _merge_alike(g: Quotient, lists: IndexArray, part: IndexArray, p: int, flag: int) -> int:
     """Let one variable of element p stand for all with the same neighbours; return the next free flag."""
     for s in range(g.first[p], g.first[p] + g.length[p]):
         if g.weight[lists[s]] >= 0:
@@ -226,25 +135,25 @@ def _merge_alike(g: _Quotient, lists: IndexArray, part: IndexArray, p: int, flag
 
 @kernel
 def _eliminate(
-    g: _Quotient, lists: IndexArray, free: int, part: IndexArray, p: int, order: IndexArray, done: int, flag: int
+    g: Quotient, lists: IndexArray, free: int, part: IndexArray, p: int, order: IndexArray, done: int, flag: int
 ) -> tuple[int, int, int, int]:
     """Eliminate variable p; return the end of the lists (-1: no room), of the order, the least degree and the flag."""
     n, own = order.size, part[p]
     free, size = _make_element(g, lists, free, p)
     if free < 0:
         return free, done, 0, flag
-    done = _append(g, p, order, done)
+    done = append(g, p, order, done)
     begin, end = g.first[p], free
     for s in range(begin, end):
         if part[lists[s]] == own:
-            _unlist(g, lists[s])
+            unlist(g, lists[s])
     _measure(g, lists, p, flag)
     for s in range(begin, end):
         i = lists[s]
         outside = _prune(g, lists, i, p, flag)
         if outside == 0 and part[i] == own:
             size += g.weight[i]
-            done = _append(g, i, order, done)
+            done = append(g, i, order, done)
             g.weight[i], g.kind[i] = 0, GONE
         else:
             g.degree[i] = min(g.degree[i], outside)
@@ -259,7 +168,7 @@ def _eliminate(
             g.weight[i] = -g.weight[i]
             g.degree[i] = min(g.degree[i] + size, n - done) - g.weight[i]
             if part[i] == own:
-                _list(g, i)
+                enlist(g, i)
                 least = min(least, g.degree[i])
             lists[free] = i
             free += 1
@@ -268,7 +177,7 @@ def _eliminate(
 
 
 @kernel
-def _order(g: _Quotient, lists: IndexArray, free: int, part: IndexArray, by_part: IndexArray, order: IndexArray) -> int:
+def _order(g: Quotient, lists: IndexArray, free: int, part: IndexArray, by_part: IndexArray, order: IndexArray) -> int:
     """Fill the order; return its length, which is short where the lists found no room."""
     n = part.size
     flag, done, began = 1, 0, 0
@@ -279,13 +188,13 @@ def _order(g: _Quotient, lists: IndexArray, free: int, part: IndexArray, by_part
         # Backwards, so that of like nodes the first is eliminated first.
         for t in range(ended - 1, began - 1, -1):
             if g.kind[by_part[t]] == VARIABLE:
-                _list(g, by_part[t])
+                enlist(g, by_part[t])
         least = 0
         while done < ended:
             while g.head[least] < 0:
                 least += 1
             p = g.head[least]
-            _unlist(g, p)
+            unlist(g, p)
             free, done, lowest, flag = _eliminate(g, lists, free, part, p, order, done, flag)
             if free < 0:
                 return done
@@ -314,6 +223,6 @@ def minimum_degree(graph: Graph, part: IndexArray | None = None) -> IndexArray:
     while True:
         lists = np.empty(edges + room, dtype=np.int64)
         lists[:edges] = graph.neighbour
-        if _order(_quotient(graph), lists, edges, part, by_part, order) == n:
+        if _order(quotient(graph), lists, edges, part, by_part, order) == n:
             return order
         room *= 2

@@ -7,7 +7,8 @@ from scipy import sparse
 
 from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.equilibrium.dissection import dissect
-from knitlab_core.equilibrium.minimum_degree import Graph, minimum_degree
+from knitlab_core.equilibrium.minimum_degree import minimum_degree
+from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
 from knitlab_core.rods.blocks import Pattern
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
-from knitlab_core.equilibrium.minimum_degree import Graph
 from knitlab_core.equilibrium.ordering import Elimination, choose_order, node_graph
+from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
 from knitlab_core.rods.blocks import Pattern
 

@@ -3,8 +3,9 @@ import pytest
 
 from knitlab_core.equilibrium import dissection
 from knitlab_core.equilibrium.dissection import dissect
-from knitlab_core.equilibrium.minimum_degree import Graph, minimum_degree
+from knitlab_core.equilibrium.minimum_degree import minimum_degree
 from knitlab_core.equilibrium.ordering import choose_order, eliminate, node_graph
+from knitlab_core.equilibrium.quotient import Graph
 from tests.unit.equilibrium.blocks import lattice
 
 

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.minimum_degree import Graph, minimum_degree
+from knitlab_core.equilibrium.minimum_degree import minimum_degree
 from knitlab_core.equilibrium.ordering import eliminate, node_graph
+from knitlab_core.equilibrium.quotient import Graph
 from tests.unit.equilibrium.blocks import lattice, random_pattern
 
 
