@@ -52,8 +52,8 @@ def knit_in(
     Yields
     ------
     share, State, Report
-        Share of the way, the equilibrium there and how it was found. The last, at share 1, is that of the model,
-        from which a test begins; the yarn of those before is half relaxed.
+        Share of the way, the equilibrium there and how it was found. The last, the second at share 1, is that from
+        which a test begins; the yarn of those at smaller shares is half relaxed.
 
     Raises
     ------
@@ -80,10 +80,15 @@ def knit_in(
         return state.q
 
     try:
-        for share, found, report in march(work, _idle(state), ease, longest=1.0 / steps, options=options):
+        last = _idle(state)
+        for share, found, report in march(work, last, ease, longest=1.0 / steps, options=options):
             # Whoever takes the state finds the model it gave.
-            work.model = model
+            work.model, last = model, found
             yield share, _idle(found), report
+        # Friction comes to rest, so that nothing stirs in the test before the fixtures do.
+        for _, found, report in march(work, last, lambda _: ease(1.0), longest=1.0, options=options):
+            work.model = model
+            yield 1.0, _idle(found), report
     finally:
         work.model = model
 
