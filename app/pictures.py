@@ -118,10 +118,12 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
     figure, note = draw([seen], [title], "height z [mm]", "YlGnBu", view=view)
     axes = figure.axes[0]
+    # A knit with hundreds of sites must still be seen behind them.
+    size = min(7.0, 60.0 / np.sqrt(sum(len(indices) for indices in specimen.sites.values())))
     for name, indices in specimen.sites.items():
         x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
         colour = SITE_COLOURS.get(name, "black")
-        axes.plot(x, y, "o", ms=7, mfc=colour, mec="white", mew=1.0, label=name, zorder=3)
+        axes.plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
     figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
     return Picture(_save(figure, path), note)
 

@@ -213,7 +213,8 @@ def materials_data(known: Mapping[str, Material]) -> dict[str, Any]:
 
 def print_materials(known: Mapping[str, Material]) -> None:
     """Print every number of every material with its source."""
-    table = Table("material", "number", "value", "source")
+    table = Table("material", "number", "value")
+    table.add_column("source", overflow="fold")  # a DOI is one long word
     for name, material in known.items():
         first = name
         for number, value in _numbers(material):
