@@ -120,30 +120,23 @@ def planar_specimen(
     _check_size(loop_width, nodes_per_loop)
     centreline = stockinette(stitch, rows=rows, loops=loops)
     mesh = yarn_mesh(centreline, yarn_per_loop(stitch) / nodes_per_loop)
+    if rows > 1 and stitch_clasp(stitch) == 0:
+        allowed = "a row spacing, height and depth with which each loop holds the next row's"
+        raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
     if yarn is None:
         approach = check_clearance(stitch, rows=rows, loops=loops, loop_width=loop_width)
         gap = approach.distance - 2.0 * stitch.fibre_radius
     else:
         gap = check_fibres(centreline, yarn, loop_width=loop_width).between
-    if rows > 1 and stitch_clasp(stitch) == 0:
-        allowed = "a row spacing, height and depth with which each loop holds the next row's"
-        raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
-    fibres = Yarn(fibre_radius=stitch.fibre_radius) if yarn is None else yarn
-    nodes, sites = _strands(centreline, mesh, fibres, knit_middle(stitch, rows, loops))
-    return Specimen(
-        nodes=nodes * loop_width,
-        arc_lengths=mesh.arc_lengths * loop_width,
-        yarn=fibres,
-        radius=fibres.contact_radius * loop_width,
+    return _cut(
+        stitch,
+        centreline,
+        mesh,
+        yarn,
+        counts=(rows, loops, 1),
+        middle=knit_middle(stitch, rows, loops),
+        gap=gap,
         loop_width=loop_width,
-        rows=rows,
-        loops=loops,
-        layers=1,
-        stitch=stitch,
-        centreline=centreline,
-        yarn_length=centreline.length * loop_width,
-        clearance=gap * loop_width,
-        sites=sites,
     )
 
 
@@ -201,8 +194,33 @@ def volumetric_specimen(
         gap = approach.distance - 2.0 * stitch.fibre_radius
     else:
         gap = check_fibres(centreline, yarn, loop_width=loop_width).between
+    return _cut(
+        stitch,
+        centreline,
+        mesh,
+        yarn,
+        counts=(rows, loops, layers),
+        middle=middle,
+        gap=gap,
+        loop_width=loop_width,
+    )
+
+
+def _cut(
+    stitch: Stitch | VolumetricStitch,
+    centreline: Centreline,
+    mesh: Mesh,
+    yarn: Yarn | None,
+    *,
+    counts: tuple[int, int, int],
+    middle: FloatArray,
+    gap: float,
+    loop_width: float,
+) -> Specimen:
+    """Lay the strands along a checked centreline; middle and gap are in loop widths."""
     fibres = Yarn(fibre_radius=stitch.fibre_radius) if yarn is None else yarn
     nodes, sites = _strands(centreline, mesh, fibres, middle)
+    rows, loops, layers = counts
     return Specimen(
         nodes=nodes * loop_width,
         arc_lengths=mesh.arc_lengths * loop_width,
