@@ -7,18 +7,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE, exit_code
 from knitlab_core.errors import KnitlabError, SolverError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from app.usecases import RunResult
-
-USAGE, SOLVER_FAILED, NO_DATA, NOT_PRINTABLE, INTERRUPTED = 2, 3, 4, 5, 130
 
 knitlab = typer.Typer(
     name="knitlab",
@@ -45,8 +42,6 @@ knitlab = typer.Typer(
 
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
-
-_EXIT_CODES: Final = {"diverged": SOLVER_FAILED, "abort": INTERRUPTED}
 
 
 def main() -> None:
@@ -301,10 +296,3 @@ def schema(
     from app.tables import print_json  # noqa: PLC0415
 
     print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
-
-
-def exit_code(result: RunResult) -> int:
-    """Return the exit code of a run: an outcome with data is a success, whatever ended it."""
-    if result.outcome in {"limit", "rupture", "timeout"} and not result.figures:
-        return NO_DATA
-    return _EXIT_CODES.get(result.outcome, 0)

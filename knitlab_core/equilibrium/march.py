@@ -185,8 +185,7 @@ def march(
 
     while at < 1.0:
         to = _next(at, step)
-        if to > 1.0 - 1e-9:
-            to = 1.0
+        to = 1.0 if to > 1.0 - 1e-9 else to
         if work.model.bonds is None:
             found, report = search(state, at, to)
         else:
