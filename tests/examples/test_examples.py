@@ -191,7 +191,8 @@ def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
         ran = run_example(f"fig4c/fig4c_{name}_4.yaml", tmp_path / name)
         assert ran.result.outcome == "target"
         stress[axis] = ran.stress(axis, 0.4)  # type: ignore[arg-type]
-    assert stress["P"] > 3.0 * max(stress["C"], stress["W"])
+    # The paper's Fig. 4c.
+    assert stress["P"] > max(stress["C"], stress["W"])
 
 
 @pytest.mark.parametrize("name", ["small", "main_job"])
