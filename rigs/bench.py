@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
-from rigs.cursor import END, START, Checkpoint, Cursor
+from rigs.checkpoint import checkpoint_of
+from rigs.cursor import END, START, Cursor
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import axial_strain, most_strained, place_of, read
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.equilibrium.rupture import Spot
+    from rigs.checkpoint import Checkpoint
     from rigs.cursor import Displacement
     from rigs.motion import Stroke
     from rigs.record import Phase
@@ -104,7 +106,7 @@ class Bench:
         """Return what the test needs to go on from the last row; None if it cannot go on from there."""
         if self.cursor.stroke == 0 or self.cursor.place is None or self.outcome() is not None:
             return None
-        return Checkpoint(cursor=self.cursor, state=self.state, rig=self.rig)
+        return checkpoint_of(self.rig, self.state, self.cursor)
 
     def strain(self, start: Displacement, end: Displacement) -> float:
         """Return the strain of a way: that of the axis that strains most [1]."""

@@ -1,4 +1,4 @@
-"""Say where in its protocol a test stands, in plain numbers, and what it needs to go on from there.
+"""Say where in its protocol a test stands, in plain numbers.
 
 A cursor is taken at a row. The strokes before it are not gone again: their plan is told where each of them ended.
 """
@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from knitlab_core.equilibrium.model import State
     from rigs.record import Equilibrium
-    from rigs.rig import Rig
     from rigs.steps import Axis
 
 Displacement: TypeAlias = "Mapping[Axis, float]"
@@ -82,22 +80,3 @@ class Cursor:
     place: Place | None = START
     variables: Mapping[str, float] = field(default_factory=dict)
     last: Equilibrium | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Checkpoint:
-    """Hold all that a test needs to go on from a row.
-
-    Attributes
-    ----------
-    cursor : Cursor
-        Where in its protocol it stands.
-    state : State
-        The specimen's state.
-    rig : Rig
-        The rig, another one than at the start once a fibre broke.
-    """
-
-    cursor: Cursor
-    state: State
-    rig: Rig

@@ -15,7 +15,8 @@ from knitlab_core.equilibrium.march import Failure
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.relaxation import hold_steps
 from rigs.bench import Bench
-from rigs.cursor import END, Checkpoint, Cursor
+from rigs.checkpoint import Checkpoint
+from rigs.cursor import END, Cursor
 from rigs.instruments import Zeroing
 from rigs.motion import strokes
 from rigs.preload import preload
@@ -64,7 +65,7 @@ def perform(
     Equilibrium, Checkpoint, Frame, Zeroing or Outcome
         Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A limit
         that trips and an equilibrium that is not found are outcomes: what was yielded before stands. A checkpoint
-        follows every row from which the test can go on; it holds only until the next event is asked for.
+        follows every row from which the test can go on.
     """
     bench = Bench(
         rig=rig,
