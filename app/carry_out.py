@@ -19,11 +19,12 @@ from app.rig_data import machines_of
 from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
+from app.schemas import loads
 from knitlab_core.errors import SpecificationError
 from rigs.checkpoint import put_back
 from rigs.experiment import perform
 from rigs.instruments import measure
-from rigs.motion import planned_duration
+from rigs.plan import planned_duration
 from rigs.rig import mount
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
     from rigs.experiment import Event
-    from rigs.record import End, Equilibrium, Outcome
+    from rigs.record import End, Equilibrium, Outcome, StepRecord
     from rigs.rig import Rig
     from rigs.steps import Axis
 
@@ -59,12 +60,15 @@ class RunResult:
         The run folder.
     figures : tuple of (name, value, unit)
         Empty if nothing was measured.
+    steps : tuple of StepRecord
+        How each step ended that was begun.
     """
 
     outcome: End
     message: str
     folder: Path
     figures: tuple[Figure, ...]
+    steps: tuple[StepRecord, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,10 +164,13 @@ def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Pro
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
-        figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds)
+        protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
+        figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
         _publish(folder, saved.origin.name, progress)
         (folder / CHECKPOINT).unlink()
-    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
+    return RunResult(
+        outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps
+    )
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
@@ -180,15 +187,19 @@ def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
 def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> RunResult:
     """Write a test down to its end, and what the instruments logged of it."""
     outcome = _located(task.loaded, lambda: journal.record(events))
-    trace, log = RunReader(task.record).trace, task.loaded.protocol.log
+    protocol, record = task.loaded.protocol, RunReader(task.record)
+    trace, log = record.trace, protocol.log
     figures: tuple[Figure, ...] = ()
     if len(trace):
         for instrument in rig.instruments:
             samples = measure(instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
             journal.writer.write_samples(samples)
-        figures = run_figures(trace, rig.size, journal.zeroings, perf_counter() - task.began)
+        wall_time = perf_counter() - task.began
+        figures = run_figures(trace, rig.size, journal.zeroings, wall_time, protocol=protocol)
     journal.writer.finish(outcome)
-    return RunResult(outcome=outcome.end, message=outcome.message, folder=task.folder, figures=figures)
+    return RunResult(
+        outcome=outcome.end, message=outcome.message, folder=task.folder, figures=figures, steps=record.steps
+    )
 
 
 def _published(task: Task, result: RunResult) -> RunResult:

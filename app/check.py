@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
-from rigs.catalogue import CATALOGUE, arranged
-from rigs.motion import Stroke, planned_duration, planned_rows, planned_strokes
+from rigs.catalogue import arranged
+from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.specimen import gauge_lengths, make_specimen
 
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from app.schemas import Loaded
     from rigs.machine import MachineData
+    from rigs.motion import Stroke
+    from rigs.plan import Planned
     from rigs.protocol import Protocol
     from rigs.specimen import SpecimenSpec
     from rigs.steps import Axis
@@ -56,12 +58,14 @@ class Plan:
         The protocol.
     specimen : SpecimenFacts
         The specimen.
-    strokes : sequence of Stroke
-        Every move of the axes; a preload is taken to meet its force at once.
+    steps : sequence of Planned
+        Every step with its strokes; a preload is taken to meet its force at once.
     duration : float
         Planned duration [s].
     rows : int
         Rows of the log.
+    images : int
+        Pictures that are asked for.
     largest_strain : float or None
         Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None for a
         volumetric knit, and where the sides are free, for they give yarn.
@@ -71,11 +75,17 @@ class Plan:
 
     protocol: Protocol
     specimen: SpecimenFacts
-    strokes: Sequence[Stroke]
+    steps: Sequence[Planned]
     duration: float
     rows: int
+    images: int
     largest_strain: float | None
     warnings: Sequence[str]
+
+    @property
+    def strokes(self) -> list[Stroke]:
+        """Return every move of the axes."""
+        return [stroke for step in self.steps for stroke in step.strokes]
 
 
 def build_specimen(loaded: Loaded) -> Specimen:
@@ -118,23 +128,25 @@ def dry_run(loaded: Loaded) -> Plan:
     ProtocolError
         If the specimen cannot exist or the log would be too long.
     """
-    protocol = loaded.protocol
+    protocol = loaded.one_test().protocol
     facts = describe(build_specimen(loaded))
     lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
     try:
-        planned = planned_strokes(protocol, lengths)
+        steps = planned_steps(protocol, lengths)
+        planned = [stroke for step in steps for stroke in step.strokes]
         rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
     stitch, largest = protocol.specimen.stitch, None
-    if CATALOGUE[protocol.rig].sides == "hold" and isinstance(stitch, Stitch):
-        largest = max(_budget_strain(stroke, lengths, stitch) for stroke in planned)
+    if protocol.others != "free" and isinstance(stitch, Stitch):
+        largest = max((_budget_strain(stroke, lengths, stitch) for stroke in planned), default=0.0)
     return Plan(
         protocol=protocol,
         specimen=facts,
-        strokes=planned,
+        steps=steps,
         duration=planned_duration(protocol, lengths),
         rows=rows,
+        images=planned_images(protocol, lengths),
         largest_strain=largest,
         warnings=[
             *_budget_warning(largest, facts.locking_strain),
@@ -149,7 +161,7 @@ def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch
 
     The locking estimate spends yarn along the course once and along the wale twice the row spacing.
     """
-    end = stroke.start if stroke.phase == "Preload" else stroke.end
+    end = stroke.start if stroke.searches else stroke.end
     course, wale = (end[axis] / lengths[axis] for axis in ("C", "W"))
     share = 2.0 * stitch.row_spacing
     return (course + share * wale) / (1.0 + share)
@@ -191,9 +203,20 @@ def _machine_warnings(data: MachineData, axes: Sequence[Axis], planned: Sequence
     travel = data.carriage.travel.value
     for axis in axes:
         # Rounding must not turn a move to the limit into one past it.
-        farthest = max((abs(stroke.end[axis]) for stroke in planned if stroke.phase != "Preload"), default=0.0)
+        farthest = max((abs(stroke.end[axis]) for stroke in planned if not stroke.searches), default=0.0)
         if farthest > travel * (1.0 + 1e-9):
             warnings.append(f"travel: axis {axis} would go {1e3 * farthest:.4g} mm, limit {1e3 * travel:.4g} mm")
+    bears = data.load_cell.limit.value
+    if data.carriage.capacity is not None:
+        bears = min(bears, data.carriage.capacity.value)
+    loads = [
+        abs(force)
+        for stroke in planned
+        for axis in axes
+        for force in (*stroke.force.get(axis, ()), *_stop(stroke, axis))
+    ]
+    if max(loads, default=0.0) > bears:
+        warnings.append(f"force: {max(loads):.4g} N asked for, limit {bears:.4g} N")
     speeds = [speed for stroke in planned if (speed := _speed(stroke, axes)) > 0.0]
     fastest, slowest = max(speeds, default=0.0), min(speeds, default=float("inf"))
     top, least = data.carriage.max_speed.value, data.carriage.min_speed
@@ -202,6 +225,11 @@ def _machine_warnings(data: MachineData, axes: Sequence[Axis], planned: Sequence
     if least is not None and slowest < least.value * (1.0 - 1e-9):
         warnings.append(f"speed: a pair would move at {1e3 * slowest:.4g} mm/s, at least {1e3 * least.value:.4g} mm/s")
     return warnings
+
+
+def _stop(stroke: Stroke, axis: Axis) -> tuple[float, ...]:
+    """Return the force at which a preload stops an axis [N]."""
+    return () if stroke.stop_force is None or axis not in stroke.named else (stroke.stop_force,)
 
 
 def _speed(stroke: Stroke, axes: Sequence[Axis]) -> float:

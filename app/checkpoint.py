@@ -20,8 +20,10 @@ from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
 from knitlab_core.errors import FormatError
 from rigs.checkpoint import Checkpoint
+from rigs.controller import Memory
 from rigs.cursor import Cursor, Place
 from rigs.instruments import Zeroing
+from rigs.motion import Course, Sight
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
@@ -181,11 +183,13 @@ def read_checkpoint(path: Path) -> Saved:
 
 def _cursor(plain: dict[str, Any]) -> Cursor:
     """Return the cursor of plain data."""
-    place, last = plain["place"], plain["last"]
+    place, last, memory, sight = (plain[name] for name in ("place", "last", "memory", "sight"))
+    course = Course(**memory["course"] | {"free": tuple(memory["course"]["free"])})
     return Cursor(
         **plain
         | {
-            "reached": {int(number): displacement for number, displacement in plain["reached"].items()},
+            "memory": Memory(**memory | {"course": course}),
+            "sight": None if sight is None else Sight(**sight),
             "place": None if place is None else Place(**place),
             "last": None if last is None else Equilibrium(**last),
         }

@@ -11,9 +11,10 @@ from typing import Annotated, Literal
 
 import typer
 
+from app.commands import analyse, plot, sweep
 from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE
 from app.run_commands import resume, run
-from app.terminal import AsJson, ProtocolPath, complain, warn
+from app.terminal import AsJson, Chosen, ProtocolPath, complain, values_of, warn
 from knitlab_core.errors import KnitlabError, SolverError
 
 knitlab = typer.Typer(
@@ -81,21 +82,30 @@ def _root(
     short_help="Say what a protocol would do, without physics.",
     epilog="\b\nExample:\n  knitlab check examples/biaxial_cycle.yaml",
 )
-def check(protocol: ProtocolPath, *, as_json: AsJson = False) -> None:
+def check(protocol: ProtocolPath, *, chosen: Chosen = None, as_json: AsJson = False) -> None:
     """Say what a protocol would do: strokes, duration, rows, limits, arc-length budget. No physics.
 
-    Warnings (a limit passed, yarn used up) go to stderr and leave the exit code at 0.
+    Of a sweep all points. Warnings (a limit passed, yarn used up) go to stderr and leave the exit code at 0.
     """
     from app.check import dry_run  # noqa: PLC0415
-    from app.schemas import load  # noqa: PLC0415
-    from app.tables import plan_data, print_json, print_plan  # noqa: PLC0415
+    from app.schemas import load, load_sweep  # noqa: PLC0415
+    from app.tables import plan_data, print_json, print_plan, print_points  # noqa: PLC0415
 
-    plan = dry_run(load(protocol))
-    if as_json:
-        print_json(plan_data(plan))
+    loaded = load(protocol, values_of(chosen))
+    if loaded.points:
+        plans = {point.label: dry_run(one) for point, one in load_sweep(protocol, values_of(chosen))}
+        if as_json:
+            print_json({"points": {label: plan_data(plan) for label, plan in plans.items()}})
+        else:
+            print_points(plans)
     else:
-        print_plan(plan)
-    warn(protocol, plan.warnings)
+        plans = {"": dry_run(loaded)}
+        if as_json:
+            print_json(plan_data(plans[""]))
+        else:
+            print_plan(plans[""])
+    for label, plan in plans.items():
+        warn(protocol, [f"{label}: {warning}" if label else warning for warning in plan.warnings])
 
 
 @knitlab.command(
@@ -200,22 +210,17 @@ def print_(
     raise typer.Exit(0 if made.printable else NOT_PRINTABLE)
 
 
-@knitlab.command(
+knitlab.command(
+    short_help="Run every point of a sweep, each into its folder.",
+    epilog="\b\nExample:\n  knitlab sweep examples/fig3d/fig3d_course.yaml --out runs/fig3d --jobs 2",
+)(sweep)
+knitlab.command(short_help="Print the figures of a run.", epilog="\b\nExample:\n  knitlab analyse runs/first --json")(
+    analyse
+)
+knitlab.command(
     short_help="Put the curves of several runs into one figure.",
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
-)
-def plot(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
-    *,
-    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
-    by_modulus: Annotated[
-        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
-    ] = False,
-) -> None:
-    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
-    from app.compare import compare_runs  # noqa: PLC0415
-
-    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")
+)(plot)
 
 
 @knitlab.command(

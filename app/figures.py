@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from app.schemas import loads
 from rigs.analysis import cycle_figures, stress_strain
+from rigs.instruments import Zeroing
+from rigs.leaves import leaves
 from rigs.signals import zero_offset
+from rigs.steps import Cycle, Zero
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigs.instruments import Zeroing
+    from app.run_reader import RunReader
+    from rigs.analysis import CycleFigures
+    from rigs.protocol import Protocol
     from rigs.record import FloatArray, SpecimenSize, Trace
     from rigs.steps import Axis
 
@@ -24,9 +30,17 @@ LOST = ("friction_work", "viscous_work", "fracture_work", "bond_released")
 
 
 def run_figures(
-    trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], wall_seconds: float
+    trace: Trace,
+    size: SpecimenSize,
+    zeroings: Sequence[Zeroing],
+    wall_seconds: float,
+    *,
+    protocol: Protocol | None = None,
 ) -> tuple[Figure, ...]:
     """Return the figures of a run: stresses and loops of every cycle, then what it cost and how well it closed.
+
+    Where the protocol has steps `cycle`, theirs alone are the cycles, each counted from the start of its step, on the
+    axes that it drives.
 
     Parameters
     ----------
@@ -38,6 +52,8 @@ def run_figures(
         When channels were set to zero; strain and stress count from there.
     wall_seconds : float
         Time from the start of the run to the end of its test [s].
+    protocol : Protocol, optional
+        The test.
 
     Returns
     -------
@@ -46,7 +62,7 @@ def run_figures(
     """
     if len(trace) < 2:
         return ()
-    found = [*_mechanics(trace, size, zeroings), *_effort(trace, wall_seconds), *_soundness(trace)]
+    found = [*_mechanics(trace, size, zeroings, protocol), *_effort(trace, wall_seconds), *_soundness(trace)]
     return tuple(figure for figure in found if isfinite(figure[1]))
 
 
@@ -67,18 +83,54 @@ def energy_balance_error(trace: Trace) -> float:
     return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
 
 
-def _mechanics(trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
-    cycle = trace.columns["cycle"].astype(np.int64)
+def figures_of(run: RunReader) -> tuple[Figure, ...]:
+    """Return the figures of a run that is over, or was cut off; its wall time is not known."""
+    protocol = loads(run.protocol, str(run.path), materials=run.materials).protocol
+    begun = {step.number: step.time for step in run.steps}
+    zeroings = [
+        Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
+        for leaf in leaves(protocol.steps)
+        if isinstance(leaf.step, Zero) and leaf.number in begun
+    ]
+    return run_figures(run.trace, run.size, zeroings, float("nan"), protocol=protocol)
+
+
+def _mechanics(
+    trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], protocol: Protocol | None
+) -> Iterator[Figure]:
+    curves = {}
     for axis in trace.axes:
         travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
-        strain, stress = stress_strain(travel, force, axis, size)
-        for figures in cycle_figures(axis, strain, stress, trace.phase, cycle):
-            where = f"{axis}, cycle {figures.cycle}"
-            for level, value in figures.stress.items():
-                yield f"stress at {level:.0%}, {where}", value, "Pa"
-            yield f"work of loading, {where}", figures.loading_work, "J/m3"
-            yield f"loop area, {where}", figures.loop_area, "J/m3"
-            yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
+        curves[axis] = stress_strain(travel, force, axis, size)
+    cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
+    cycling = [leaf for leaf in leaves(protocol.steps if protocol else ()) if isinstance(leaf.step, Cycle)]
+    for leaf in cycling:
+        rows = np.flatnonzero(steps == leaf.number)
+        if not len(rows) or not isinstance(leaf.step, Cycle):
+            continue
+        rows = np.concatenate([rows[:1] - 1, rows]) if rows[0] > 0 else rows
+        # The row before belongs to the step before, but the first cycle sets out from it.
+        phase = ["Zero", *(trace.phase[row] for row in rows[1:])]
+        number = cycle[rows] - cycle[rows[1:]].min() + 1
+        name = "" if len(cycling) == 1 else f", {leaf.tag or leaf.place}"
+        for axis in leaf.step.axes:
+            strain, stress = (values[rows] for values in curves[axis])
+            yield from _of_cycles(axis, cycle_figures(axis, strain, stress, phase, number), name)
+    for axis, (strain, stress) in curves.items() if not cycling else ():
+        yield from _of_cycles(axis, cycle_figures(axis, strain, stress, trace.phase, cycle), "")
+
+
+def _of_cycles(axis: Axis, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
+    """Yield the figures of some cycles of an axis; a name tells their step from others."""
+    for figures in cycles:
+        where = f"{axis}{name}, cycle {figures.cycle}"
+        for level, value in figures.stress.items():
+            yield f"stress at {level:.0%}, {where}", value, "Pa"
+        yield f"secant modulus to 0.4%, {where}", figures.initial_secant, "Pa"
+        yield f"secant modulus to peak, {where}", figures.peak_secant, "Pa"
+        yield f"work of loading, {where}", figures.loading_work, "J/m3"
+        yield f"loop area, {where}", figures.loop_area, "J/m3"
+        yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
 
 
 def _effort(trace: Trace, wall_seconds: float) -> Iterator[Figure]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.checkpoint import Checkpoint
 from rigs.instruments import Zeroing
-from rigs.record import Equilibrium, Frame, Outcome
+from rigs.record import Equilibrium, Frame, Outcome, Snapshot, StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -63,6 +63,10 @@ class Journal:
                         self.keeper.keep(event, self.writer, self.zeroings)
                     case Frame():
                         self.writer.add_frame(event)
+                    case Snapshot():
+                        self.writer.add_snapshot(event)
+                    case StepRecord():
+                        self.writer.add_step(event)
                     case Zeroing():
                         self.zeroings.append(event)
                     case Outcome():

@@ -89,7 +89,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
             offset = np.zeros((1, len(time)))
         else:
             channel = {column: name for name, column in logged.reads.items()}
-            travel, force = (logged.measured[channel[f"{kind}_{axis}"]] for kind in ("displacement", "force"))
+            travel, force = (logged.measured[channel[f"{column}_{axis}"]] for column in ("crosshead", "force"))
             time, cycle, phase = logged.time, logged.cycle, logged.phase
             offset = np.stack(list(logged.offset.values()))
         strain, stress = stress_strain(travel, force, axis, size)

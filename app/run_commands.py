@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from app.exit_codes import exit_code
-from app.terminal import AsJson, ProtocolPath, complain, warn
+from app.terminal import AsJson, Chosen, ProtocolPath, complain, values_of, warn
 
 if TYPE_CHECKING:
     from app.usecases import RunResult
@@ -21,6 +21,7 @@ def run(
         Path | None,
         typer.Option(help="Run folder to write.", show_default="a new one under runs/", file_okay=False),
     ] = None,
+    chosen: Chosen = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -33,9 +34,10 @@ def run(
     from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
     from app.usecases import run_protocol  # noqa: PLC0415
 
-    warn(protocol, dry_run(load(protocol)).warnings)
+    values = values_of(chosen)
+    warn(protocol, dry_run(load(protocol, values)).warnings)
     with Bar(hidden=quiet) as bar:
-        result = run_protocol(protocol, out, bar.show)
+        result = run_protocol(protocol, out, bar.show, chosen=values)
     if as_json:
         print_json(result_data(result))
     else:

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 from app.run_folder import whole_file
-from rigs.record import PHASES, units
+from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
-LAYOUT = 3
+LAYOUT = 4
 RUNNING = "running"
 TEXT = h5py.string_dtype("utf-8", length=64)
 END = h5py.string_dtype("utf-8", length=16)
+PLACE = h5py.string_dtype("utf-8", length=256)
 MESSAGE = h5py.string_dtype("utf-8", length=1024)
-_WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_whole", "bonds_broken"})
+_WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_whole", "bonds_broken", "step"})
 #: Attributes that count what has been written.
 _COUNTS = ("NSteps",)
 
@@ -82,6 +83,7 @@ def make_record(
         file.attrs.update({**provenance, **facts})
         _make_equilibria(file, axes)
         _make_frames(file, axes, sum(strands), sum(strands) - len(strands))
+        _make_steps(file)
         file.create_group("channels")
         for instrument in instruments:
             _make_channels(file, instrument)
@@ -154,6 +156,22 @@ def _make_frames(file: h5py.File, axes: Sequence[Axis], node_count: int, edge_co
     ):
         made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
         made.attrs["units"] = unit
+
+
+def _make_steps(file: h5py.File) -> None:
+    steps, snapshots = file.create_group("steps"), file.create_group("snapshots")
+    for name, dtype, unit in (
+        ("place", PLACE, None),
+        ("tag", "i4", None),
+        ("start", "f8", "s"),
+        ("time", "f8", "s"),
+        ("end", "i1", None),
+        ("message", MESSAGE, None),
+    ):
+        _column(steps, name, dtype, unit)
+    steps["end"].attrs["meaning"] = ", ".join(ENDS)
+    _column(snapshots, "time", "f8", "s")
+    _column(snapshots, "tag", "i4")
 
 
 def _make_channels(file: h5py.File, instrument: Instrument) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from app.run_layout import LAYOUT, RUNNING
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
-from rigs.record import ENDS, PHASES, Frame, Outcome, SpecimenSize, Trace
+from rigs.record import ENDS, PHASES, Frame, Outcome, Snapshot, SpecimenSize, StepRecord, Trace
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
@@ -45,6 +45,10 @@ class RunReader:
         The equilibria.
     samples : dict of str to Samples
         What the instruments logged, by their names; empty if the run was cut off before.
+    steps : tuple of StepRecord
+        The steps that were begun, and how each ended; ``abort`` for one that did not.
+    snapshots : tuple of Snapshot
+        The pictures that were asked for.
     outcome : Outcome
         How the run ended; ``abort`` if nothing says so.
 
@@ -71,6 +75,13 @@ class RunReader:
                     convention=file.attrs["thickness_convention"],
                 )
                 self.trace = self._read_trace(file["equilibria"])
+                self.steps = self._read_steps(file["steps"])
+                self.snapshots = tuple(
+                    Snapshot(time=float(time), tag=tag)
+                    for time, tag in zip(
+                        file["snapshots"]["time"][()], self._tag_texts(file["snapshots"]["tag"][()]), strict=False
+                    )
+                )
                 self.samples = self._read_all_samples(file["channels"])
                 self.outcome = _read_outcome(file["outcome"], len(self.trace))
         except FileNotFoundError:
@@ -103,6 +114,22 @@ class RunReader:
             columns={name: raw[name][:count].astype(np.float64) for name in numbers},
             phase=tuple(PHASES[index] for index in raw["phase"][:count]),
             tag=self._tag_texts(raw["tag"][:count]),
+        )
+
+    def _read_steps(self, table: h5py.Group) -> tuple[StepRecord, ...]:
+        raw = {name: column[()] for name, column in table.items()}
+        tags = self._tag_texts(raw["tag"])
+        return tuple(
+            StepRecord(
+                number=number,
+                place=raw["place"][number].decode(),
+                tag=tags[number],
+                start=float(raw["start"][number]),
+                time=float(raw["time"][number]),
+                end=ENDS[raw["end"][number]],
+                message=raw["message"][number].decode(),
+            )
+            for number in range(_rows(raw))
         )
 
     def _read_all_samples(self, channels: h5py.Group) -> dict[str, Samples]:

@@ -8,11 +8,43 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from knitlab_core.errors import SpecificationError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.schemas.document import Data
+
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
+Chosen = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Value for one of its params; may be repeated."),
+]
+
+
+def values_of(chosen: list[str] | None) -> dict[str, Data]:
+    """Return values of parameters from the words of a command line.
+
+    Raises
+    ------
+    SpecificationError
+        If a word is not NAME=VALUE.
+
+    Examples
+    --------
+    >>> values_of(["pre=0.1", "rate=0.2 mm/s"])
+    {'pre': 0.1, 'rate': '0.2 mm/s'}
+    """
+    from app.schemas.document import scalar  # noqa: PLC0415
+
+    values: dict[str, Data] = {}
+    for word in chosen or ():
+        name, sign, value = word.partition("=")
+        if not (name and sign and value):
+            raise SpecificationError("--set", repr(word), "NAME=VALUE, such as pre=0.1")
+        values[name] = scalar(value)
+    return values
 
 
 def complain(message: str) -> None:

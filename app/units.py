@@ -16,7 +16,9 @@ from knitlab_core.errors import UnitError
 if TYPE_CHECKING:
     import pint
 
-Dimension: TypeAlias = Literal["length", "speed", "time", "force", "frequency", "strain", "stress", "density"]
+Dimension: TypeAlias = Literal[
+    "length", "speed", "time", "force", "frequency", "strain", "stress", "density", "strain rate", "force rate"
+]
 
 # SI unit; the unit people write; how errors describe what is allowed.
 _DIMENSIONS: Final = MappingProxyType(
@@ -29,12 +31,14 @@ _DIMENSIONS: Final = MappingProxyType(
         "strain": ("dimensionless", "%", "a strain as a pure number or in per cent, such as 0.4 or 40 %"),
         "stress": ("Pa", "GPa", "a stress with its unit, such as 2.0 GPa"),
         "density": ("kg/m**3", "kg/m**3", "a density with its unit, such as 1180 kg/m^3"),
+        "strain rate": ("1/s", "1/s", "a strain rate with its unit, such as 1e-3 1/s or 0.1 %/s"),
+        "force rate": ("N/s", "N/s", "a force rate with its unit, such as 0.1 N/s"),
     }
 )
 
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _WORD: Final = r"[A-Za-zµμ%°]{1,24}(?:(?:\^|\*\*)-?\d)?"
-_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})\s*({_WORD}(?:\s*[*/]\s*{_WORD}){{0,3}})\s*")
+_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})\s*((?:{_WORD}|1?\s*/\s*{_WORD})(?:\s*[*/]\s*{_WORD}){{0,3}})\s*")
 
 
 @functools.cache
@@ -110,7 +114,7 @@ def _convert(number: float, unit: str, dimension: Dimension, refusal: UnitError)
 
     units = registry()
     try:
-        given = units.Quantity(number, units.parse_units(unit))
+        given = units.Quantity(number, units.parse_units(f"1{unit}" if unit.startswith("/") else unit))
         quantity = given.to(_DIMENSIONS[dimension][0])
     except (pint.PintError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
         raise refusal from error

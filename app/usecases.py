@@ -18,9 +18,12 @@ from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import cache_is_cold
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from app.carry_out import Progress, Watch
     from app.checkpoint import Saved
     from app.schemas import Loaded
+    from app.schemas.document import Data
     from rigs.record import Outcome
 
 __all__ = ["RunResult", "has_ended", "resume_run", "run_loaded", "run_protocol"]
@@ -32,7 +35,14 @@ FIRST_RUN: Final = (
 )
 
 
-def run_protocol(path: Path, out: Path | None, progress: Progress, *, exact: bool = False) -> RunResult:
+def run_protocol(
+    path: Path,
+    out: Path | None,
+    progress: Progress,
+    *,
+    exact: bool = False,
+    chosen: Mapping[str, Data] | None = None,
+) -> RunResult:
     """Run a protocol: record, log, plot and pictures in a run folder.
 
     Parameters
@@ -45,6 +55,8 @@ def run_protocol(path: Path, out: Path | None, progress: Progress, *, exact: boo
         Told the share done [1] and what is being done.
     exact : bool
         Run in `out` itself, whatever else is in it but a run.
+    chosen : Mapping, optional
+        Values for some of its parameters, in the place of its own.
 
     Returns
     -------
@@ -58,7 +70,7 @@ def run_protocol(path: Path, out: Path | None, progress: Progress, *, exact: boo
     SpecificationError
         If there is a run in the exact folder.
     """
-    loaded = load(path)
+    loaded = load(path, chosen).one_test()
     return run_loaded(loaded, RUNS / loaded.protocol.name if out is None else out, progress, exact=exact)
 
 

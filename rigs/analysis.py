@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 #: Strains at which a cycle's stress is quoted.
 LEVELS = (0.2, 0.3, 0.4)
 
+#: The paper's moduli are secants "up to 0.4 % strain".
+FIRST_STRAIN = 0.004
+
 
 def effective_strain(travel: FloatArray, gauge: float) -> FloatArray:
     """Return ε = u / L₀.
@@ -190,6 +193,9 @@ class CycleFigures:
         Dissipated energy density [J/m³]; ``nan`` if the cycle did not come back to where it set out from.
     hysteresis : float
         Share of the loading work that was dissipated [1].
+    initial_secant, peak_secant : float
+        Secant moduli of loading from where the cycles set out: over the first `FIRST_STRAIN`, and to the largest
+        strain [Pa]; ``nan`` where the branch does not reach so far.
     """
 
     axis: Axis
@@ -198,6 +204,8 @@ class CycleFigures:
     loading_work: float
     loop_area: float
     hysteresis: float
+    initial_secant: float
+    peak_secant: float
 
 
 def cycle_figures(
@@ -230,6 +238,7 @@ def cycle_figures(
         up = branch(phase, cycle, int(number), ["Stretch"])
         loop = branch(phase, cycle, int(number), ["Stretch", "Hold", "Recover"])
         closed = _is_closed(strain[loop])
+        start, peak = float(strain[up[0]]), float(strain[up].max())
         found.append(
             CycleFigures(
                 axis=axis,
@@ -238,6 +247,8 @@ def cycle_figures(
                 loading_work=cycle_work(strain[up], stress[up]),
                 loop_area=loop_area(strain[loop], stress[loop]) if closed else float("nan"),
                 hysteresis=hysteresis(strain[loop], stress[loop]) if closed else float("nan"),
+                initial_secant=secant_modulus(strain[up], stress[up], start + FIRST_STRAIN, start),
+                peak_secant=secant_modulus(strain[up], stress[up], peak, start) if peak > start else float("nan"),
             )
         )
     return tuple(found)

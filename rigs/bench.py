@@ -6,9 +6,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from rigs.checkpoint import checkpoint_of
-from rigs.cursor import END, START, Cursor
+from rigs.cursor import END, START
+from rigs.endings import Ending
 from rigs.instruments import overloaded
-from rigs.record import Equilibrium, Frame, Outcome
+from rigs.record import Equilibrium, Frame, Snapshot
 from rigs.rig import axial_strain, most_strained, place_of, read
 from rigs.way import Way, follow
 
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.equilibrium.rupture import Spot
     from rigs.checkpoint import Checkpoint
-    from rigs.cursor import Displacement
-    from rigs.motion import Stroke
-    from rigs.record import Phase
+    from rigs.controller import Controller, Memory
+    from rigs.cursor import Cursor, Displacement
+    from rigs.motion import Sight, Stroke
     from rigs.rig import Rig
     from rigs.way import Step
 
@@ -38,32 +39,40 @@ class Bench:
         The rig with the specimen on it.
     state : State
         The specimen's state now.
+    controller : Controller
+        Who reads the load cells.
+    cursor : Cursor
+        Where in its protocol the test stands; its last row says where the axes are and what time it is.
+    increment : float
+        Largest strain between two equilibria [1].
     options : Options or None
         How hard the solver tries.
     go_on : bool
         Whether the test goes on after a fibre broke.
-    cursor : Cursor
-        Where in its protocol the test stands; its last row says where the axes are and what time it is.
-    displacement : Mapping
-        Where the axes stand [m]: at first, where they were when the specimen was mounted.
+    displacement, crosshead : Mapping
+        Where the fixtures, and the crossheads, of the axes stand [m]: at first, where the specimen was mounted.
     time : float
         Time on the rig's clock [s].
-    ended : Outcome or None
-        How the test ended, if a fibre that broke ended it.
+    torn : str or None
+        What to say of the fibre that ended the test by breaking.
     """
 
     rig: Rig
     state: State
+    controller: Controller
+    cursor: Cursor
+    increment: float
     options: Options | None = None
     go_on: bool = False
-    cursor: Cursor = field(default_factory=Cursor)
     displacement: Displacement = field(init=False)
+    crosshead: Displacement = field(init=False)
     time: float = field(init=False)
-    ended: Outcome | None = None
+    torn: str | None = None
 
     def __post_init__(self) -> None:
-        last = self.cursor.last
-        self.displacement = dict.fromkeys(self.rig.grips, 0.0) if last is None else last.displacement
+        last, nought = self.cursor.last, dict.fromkeys(self.rig.grips, 0.0)
+        self.displacement = nought if last is None else last.displacement
+        self.crosshead = nought if last is None else last.crosshead
         self.time = 0.0 if last is None else last.time
 
     @property
@@ -71,16 +80,19 @@ class Bench:
         """Return the last row."""
         return self.cursor.last
 
-    def begin(self) -> None:
-        """Begin the next stroke where the axes stand."""
+    @property
+    def memory(self) -> Memory:
+        """Return what the controller remembers."""
+        return self.cursor.memory
+
+    def remember(self, memory: Memory) -> None:
+        """Put something else into the controller's memory."""
+        self.cursor = replace(self.cursor, memory=memory)
+
+    def begin(self, sight: Sight) -> None:
+        """Begin a stroke where the axes stand."""
         self.cursor = replace(
-            self.cursor,
-            stroke=self.cursor.stroke + 1,
-            begun=self.time,
-            leg=0,
-            origin=self.displacement,
-            place=START,
-            variables={},
+            self.cursor, sight=sight, begun=self.time, leg=0, origin=self.displacement, place=START, variables={}
         )
 
     def legs(self, legs: Iterable[T]) -> Iterator[T]:
@@ -96,15 +108,9 @@ class Bench:
         """Keep what the controller of the stroke needs to go on after the next row; all of it anew."""
         self.cursor = replace(self.cursor, variables=variables)
 
-    def finish(self, stroke: Stroke) -> None:
-        """End a stroke where the axes stand."""
-        if self.displacement != stroke.end:
-            reached = {**self.cursor.reached, self.cursor.stroke: self.displacement}
-            self.cursor = replace(self.cursor, reached=reached)
-
     def checkpoint(self) -> Checkpoint | None:
         """Return what the test needs to go on from the last row; None if it cannot go on from there."""
-        if self.cursor.stroke == 0 or self.cursor.place is None or self.outcome() is not None:
+        if self.cursor.sight is None or self.cursor.place is None or self.over() is not None:
             return None
         return checkpoint_of(self.rig, self.state, self.cursor)
 
@@ -112,21 +118,16 @@ class Bench:
         """Return the strain of a way: that of the axis that strains most [1]."""
         return max(abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items())
 
-    def march_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
-        """Yield the equilibria on the straight way from here to `goal`, without going there; see `Way`."""
-        return follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration))
-
     def go_on_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
         """Yield the equilibria that are left of the leg under way, which ends at `goal`; see `Way`."""
         way = self._way(self.cursor.origin, goal, longest, duration)
         return follow(self.rig, self.state, way, START if self.cursor.place is None else self.cursor.place)
 
-    def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
-        return Way(start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on)
-
-    def reach(self, goal: Displacement, *, duration: float = 0.0) -> Step:
+    def reach(self, goal: Displacement, *, duration: float = 0.0, increment: float | None = None) -> Step:
         """Return the equilibrium at `goal`, or where the test ends before, and the cost of the way; stay here."""
-        steps = list(self.march_to(goal, longest=1.0, duration=duration))
+        way = self.strain(self.displacement, goal)
+        longest = 1.0 if increment is None or way == 0.0 else min(1.0, increment / way)
+        steps = list(follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration), START))
         return replace(
             steps[-1],
             iterations=sum(step.iterations for step in steps),
@@ -134,11 +135,14 @@ class Bench:
             seconds=sum(step.seconds for step in steps),
         )
 
-    def accept(self, step: Step, phase: Phase, cycle: int, tag: str | None) -> Equilibrium:
-        """Go where a step went, and return its row."""
-        self.rig, self.state, self.displacement = step.rig, step.state, step.displacement
+    def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
+        return Way(start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on)
+
+    def accept(self, step: Step, stroke: Stroke, crosshead: Displacement) -> Equilibrium:
+        """Go where a step went, with the crossheads where they are then, and return its row."""
+        self.rig, self.state, self.displacement, self.crosshead = step.rig, step.state, step.displacement, crosshead
         if step.broken is not None and step.final:
-            self.ended = self._ruptured(step.broken)
+            self.torn = self._tear(step.broken)
         unit = self.rig.work.model.scales.energy
         reading = read(self.rig, step.state)
         stretch, bend, twist, contact = (unit * float(part) for part in step.state.energies)
@@ -146,6 +150,7 @@ class Bench:
         row = Equilibrium(
             time=self.time,
             displacement=step.displacement,
+            crosshead=crosshead,
             force=reading.force,
             lateral_force=reading.lateral,
             elastic_stretch=stretch,
@@ -166,15 +171,17 @@ class Bench:
             iterations=step.iterations,
             factorisations=step.factorisations,
             seconds=step.seconds,
-            cycle=cycle,
-            phase=phase,
-            tag=tag,
+            cycle=stroke.cycle,
+            phase=stroke.phase,
+            tag=stroke.tag,
+            step=stroke.step,
         )
-        self.cursor = replace(self.cursor, last=row, place=step.place)
+        memory = self.controller.read(self.memory, row)
+        self.cursor = replace(self.cursor, last=row, place=step.place, memory=memory)
         return row
 
     def stand(self, stroke: Stroke) -> Equilibrium:
-        """Return the row of a stroke that moves nothing."""
+        """Return the row of a specimen that stood still."""
         if self.last is None:
             msg = "a specimen must be mounted before it can stand still"
             raise RuntimeError(msg)
@@ -187,8 +194,10 @@ class Bench:
             cycle=stroke.cycle,
             phase=stroke.phase,
             tag=stroke.tag,
+            step=stroke.step,
         )
-        self.cursor = replace(self.cursor, last=row, place=END)
+        memory = self.controller.read(self.memory, row)
+        self.cursor = replace(self.cursor, last=row, place=END, memory=memory)
         return row
 
     def frame(self) -> Frame:
@@ -202,15 +211,20 @@ class Bench:
             phase="Zero" if self.last is None else self.last.phase,
         )
 
-    def outcome(self) -> Outcome | None:
-        """Return how the test ended, if the last row is its last: a rupture, or more than an instrument can take."""
-        if self.ended is not None or self.last is None:
-            return self.ended
+    def pictured(self, tag: str | None) -> Iterator[Frame | Snapshot]:
+        """Yield the shape of the knit, and that a picture is wanted of it."""
+        yield self.frame()
+        yield Snapshot(time=self.time, tag=tag)
+
+    def over(self) -> Ending | None:
+        """Return how the last row ended the test, if it did: by a rupture, or with more than an instrument can take."""
+        if self.torn is not None:
+            return Ending(end="rupture", message=self.torn, test=True)
         for instrument in self.rig.instruments:
-            channel = overloaded(instrument, self.last)
+            channel = None if self.last is None else overloaded(instrument, self.last)
             if channel is not None:
                 passed = f"{channel.name} passed its limit of {channel.limit:g} {channel.unit}"
-                return Outcome(end="limit", message=f"{passed} at {self.whereabouts()}")
+                return Ending(end="limit", message=f"{passed} at {self.whereabouts()}", test=True)
         return None
 
     def whereabouts(self) -> str:
@@ -218,8 +232,8 @@ class Bench:
         strains = ((axis, self.displacement[axis] / length) for axis, length in self.rig.gauges.items())
         return "strain " + ", ".join(f"{axis} {strain:.1%}" for axis, strain in strains)
 
-    def _ruptured(self, spot: Spot) -> Outcome:
-        """Return the outcome of a fibre that broke."""
+    def _tear(self, spot: Spot) -> str:
+        """Return what to say of a fibre that ended the test by breaking."""
         where = f"{place_of(self.rig, spot.edge)} of the yarn, strained by {spot.strain:.3%}"
         torn = "; what is left of the knit finds no balance" if self.go_on else ""
-        return Outcome(end="rupture", message=f"a fibre broke at {self.whereabouts()}: {where}{torn}")
+        return f"a fibre broke at {self.whereabouts()}: {where}{torn}"

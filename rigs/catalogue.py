@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 RigName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame"]
 MachineName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame"]
 Sides: TypeAlias = Literal["hold", "free"]
+Others: TypeAlias = Literal["hold", "free", "follow"]
 Held: TypeAlias = tuple[bool, bool, bool, bool]
 
 
@@ -65,7 +66,7 @@ class Arrangement:
     mounts_one : bool
         Whether only one of these axes is driven, the one along which the specimen is mounted.
     sides : {'hold', 'free'}
-        What becomes of an axis that a step does not drive.
+        Whether carriages hold every side of a specimen, or the sides that are not pulled are free.
     """
 
     drives: Mapping[Axis, Drive]
@@ -76,6 +77,11 @@ class Arrangement:
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes that can be driven."""
         return tuple(self.drives)
+
+    @property
+    def others(self) -> tuple[Others, ...]:
+        """Return what axes can be told to do that a step does not name; free sides have no carriage to hold them."""
+        return ("hold", "free", "follow") if self.sides == "hold" else ("free",)
 
 
 #: A pole lies across the pull, in the plane of a planar knit; a hook holds what is left: the pull, and the second

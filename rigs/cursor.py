@@ -1,6 +1,6 @@
 """Say where in its protocol a test stands, in plain numbers.
 
-A cursor is taken at a row. The strokes before it are not gone again: their plan is told where each of them ended.
+A cursor is taken at a row. The strokes before it are not gone again.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from rigs.controller import Memory
+    from rigs.motion import Sight
     from rigs.record import Equilibrium
-    from rigs.steps import Axis
+    from rigs.targets import Axis
 
 Displacement: TypeAlias = "Mapping[Axis, float]"
 
@@ -49,17 +51,20 @@ END: Final = Place(at=1.0)
 class Cursor:
     """Say where in its protocol a test stands.
 
-    A stroke is gone in one leg or several, each on a straight way. Whatever else a controller keeps from row to row
-    goes into `variables`.
+    A stroke is gone in one leg or several, each on a straight way.
 
     Attributes
     ----------
+    memory : Memory
+        What the controller remembers.
+    leaf : int
+        Turn of the step under way, from 0.
     stroke : int
-        Number of the stroke under way, from 1; 0 before the first.
-    reached : Mapping
-        Where each stroke before it ended that did not end where it was planned to: displacements [m] by its number.
+        Number of its stroke under way, from 0.
+    sight : Sight or None
+        What the controller saw when that stroke began; None before it did.
     begun : float
-        Time at which the stroke under way began [s].
+        When that was [s].
     leg : int
         Number of its leg under way, from 0.
     origin : Mapping
@@ -67,13 +72,15 @@ class Cursor:
     place : Place or None
         Where on its way the leg stands; None where it cannot be gone on from.
     variables : Mapping
-        What the controller of the stroke keeps, by name.
+        What else the controller needs to go on with the stroke, by name.
     last : Equilibrium or None
         The last row.
     """
 
+    memory: Memory
+    leaf: int = 0
     stroke: int = 0
-    reached: Mapping[int, Displacement] = field(default_factory=dict)
+    sight: Sight | None = None
     begun: float = 0.0
     leg: int = 0
     origin: Displacement = field(default_factory=dict)

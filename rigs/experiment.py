@@ -5,41 +5,35 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-from math import ceil, floor
-from typing import TYPE_CHECKING, Final, TypeAlias
-
-import numpy as np
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeAlias
 
 from knitlab_core.equilibrium.march import Failure
 from knitlab_core.errors import ConvergenceError
-from knitlab_core.rods.relaxation import hold_steps
 from rigs.bench import Bench
 from rigs.checkpoint import Checkpoint
-from rigs.cursor import END, Cursor
+from rigs.controller import controller_of
+from rigs.cursor import Cursor
+from rigs.drive import drive, hold, hold_marks, image_shares
+from rigs.endings import Ending, Watch
 from rigs.instruments import Zeroing
-from rigs.motion import strokes
-from rigs.preload import preload
-from rigs.record import Equilibrium, Frame, Outcome
+from rigs.leaves import leaves
+from rigs.motion import Planner, Sight, Stroke
+from rigs.record import Equilibrium, Frame, Outcome, Snapshot, StepRecord
 from rigs.rig import place_of
-from rigs.way import between
+from rigs.steer import steer
+from rigs.steps import Image, UntilRupture
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Mapping
+    from collections.abc import Generator, Iterator
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
-    from rigs.cursor import Displacement
-    from rigs.motion import Stroke
+    from rigs.leaves import Leaf
     from rigs.protocol import Protocol
     from rigs.rig import Rig
-    from rigs.steps import Axis
 
-Plan: TypeAlias = "Generator[Stroke, Displacement | None, None]"
-Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | Outcome
-
-FRAME_MARK: Final = 0.2
-"""A frame is kept wherever an axis passes a whole multiple of this strain, and where a stroke ends."""
+Event: TypeAlias = Equilibrium | Checkpoint | Frame | Snapshot | Zeroing | StepRecord | Outcome
 
 
 def perform(
@@ -62,20 +56,25 @@ def perform(
 
     Yields
     ------
-    Equilibrium, Checkpoint, Frame, Zeroing or Outcome
-        Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A limit
-        that trips and an equilibrium that is not found are outcomes: what was yielded before stands. A checkpoint
-        follows every row from which the test can go on.
+    Equilibrium, Checkpoint, Frame, Snapshot, Zeroing, StepRecord or Outcome
+        Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A step is
+        recorded when it begins, as if it were aborted, and when it ends. A limit that trips and an equilibrium that is
+        not found are outcomes: what was yielded before stands. A checkpoint follows every row from which the test can
+        go on.
     """
+    planner = Planner(protocol=protocol, gauges=rig.gauges)
+    controller = controller_of(rig, seed=protocol.log.seed, noise=protocol.log.noise)
     bench = Bench(
         rig=rig,
         state=state,
+        controller=controller,
+        increment=protocol.max_strain_increment,
         options=options,
         go_on=protocol.specimen.rupture == "go on",
-        cursor=Cursor() if cursor is None else cursor,
+        cursor=Cursor(memory=controller.begin(planner.begin())) if cursor is None else cursor,
     )
     try:
-        outcome = yield from _with_checkpoints(bench, _carry_out(bench, protocol))
+        outcome = yield from _with_checkpoints(bench, _carry_out(bench, planner))
     except ConvergenceError as error:
         outcome = Outcome(end="diverged", message=_account(bench, error))
     if outcome.end != "target":
@@ -98,111 +97,102 @@ def _with_checkpoints(bench: Bench, events: Generator[Event, None, Outcome]) -> 
                 yield checkpoint
 
 
-def _carry_out(bench: Bench, protocol: Protocol) -> Generator[Event, None, Outcome]:
-    """Do every stroke of a protocol that is left; return how it ended."""
-    plan = strokes(protocol, bench.rig.gauges)
-    stroke = _under_way(plan, bench.cursor)
-    if bench.cursor.stroke == 0:
-        (mounted,) = bench.march_to(bench.displacement, longest=1.0)
-        yield bench.accept(mounted, "Zero", 1, None)
+def _carry_out(bench: Bench, planner: Planner) -> Generator[Event, None, Outcome]:
+    """Do every step of a protocol that is left; return how the test ended."""
+    if bench.last is None:
+        still = Stroke(start=bench.crosshead, end=bench.crosshead, duration=0.0, phase="Zero", cycle=1, force={})
+        yield bench.accept(bench.reach(bench.displacement), still, bench.crosshead)
         yield bench.frame()
-        bench.begin()
-    while stroke is not None:
-        ended = yield from _do(bench, stroke, protocol.max_strain_increment)
-        if ended is not None:
-            return ended
-        bench.finish(stroke)
-        stroke = _next(plan, bench.displacement)
-        bench.begin()
-    return Outcome(end="target")
-
-
-def _under_way(plan: Plan, cursor: Cursor) -> Stroke | None:
-    """Return the stroke of a plan that is under way, or the first; None if there is none."""
-    stroke = next(plan, None)
-    for number in range(1, cursor.stroke):
-        if stroke is not None:
-            stroke = _next(plan, cursor.reached.get(number, stroke.end))
-    return stroke
-
-
-def _next(plan: Plan, reached: Displacement) -> Stroke | None:
-    """Return the next stroke, after one that ended at `reached`; None if that was the last."""
-    try:
-        return plan.send(reached)
-    except StopIteration:
-        return None
-
-
-def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
-    """Do one stroke; return an outcome if it ended the test."""
-    ended = None
-    match stroke.phase:
-        case "Zero":
-            # A specimen that stands still keeps its equilibrium: nothing to solve, nothing to drift.
-            if bench.last is not None and bench.last.phase != "Zero":
-                yield bench.stand(stroke)
-            yield Zeroing(time=bench.time, kinds=frozenset(stroke.channels))
-        case "Hold":
-            ended = yield from _hold(bench, stroke)
-        case "Preload":
-            ended = yield from preload(bench, stroke, stroke.stop_force or 0.0, increment)
-            if ended is None:
-                yield bench.frame()
-        case _:
-            ended = yield from _drive(bench, stroke, increment)
-    return ended
-
-
-def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
-    """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
-    for low, high in bench.legs(pairwise([0.0, *_marks(stroke, bench.rig.gauges), 1.0])):
-        goal = between(stroke.start, stroke.end, high)
-        way = bench.strain(bench.cursor.origin, goal)
-        duration = (high - low) * stroke.duration
-        for step in bench.go_on_to(goal, longest=min(1.0, increment / way), duration=duration):
-            bench.time = bench.cursor.begun + (low + (high - low) * step.share) * stroke.duration
-            yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
-            ended = bench.outcome()
-            if ended is not None:
-                return ended
-        yield bench.frame()
-    return None
-
-
-def _hold(bench: Bench, stroke: Stroke) -> Generator[Event, None, Outcome | None]:
-    """Stand still; a yarn that relaxes goes through equilibria meanwhile."""
-    begun, relaxation = bench.cursor.begun, bench.rig.work.model.relaxation
-    if relaxation is None:
-        # A specimen that stands still keeps its equilibrium, as at a zero.
-        if bench.cursor.place != END:
-            bench.time = begun + stroke.duration
-            yield bench.stand(stroke)
-        return None
-    ends = np.cumsum(hold_steps(relaxation, stroke.duration))
-    for start, end in bench.legs(pairwise([0.0, *ends[:-1], stroke.duration])):
-        for step in bench.go_on_to(bench.displacement, longest=1.0, duration=end - start):
-            bench.time = begun + start + step.share * (end - start)
-            yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
-            ended = bench.outcome()
-            if ended is not None:
-                return ended
-    yield bench.frame()
-    return None
-
-
-def _marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
-    """Return the shares of a stroke, between its ends, at which an axis passes a marked strain."""
-    shares: list[float] = []
-    for axis, length in gauges.items():
-        first, last = (way[axis] / (FRAME_MARK * length) for way in (stroke.start, stroke.end))
-        if first == last:
+    done = Outcome(end="target")
+    for leaf in leaves(planner.protocol.steps):
+        if leaf.number < bench.cursor.leaf:
             continue
-        passed = range(ceil(min(first, last)), floor(max(first, last)) + 1)
-        shares += [(mark - first) / (last - first) for mark in passed]
-    inner = sorted(share for share in shares if 1e-6 < share < 1.0 - 1e-6)
-    # Axes that pass a mark together differ by rounding.
-    return [share for before, share in pairwise([0.0, *inner]) if share - before > 1e-6]
+        ending = yield from _do_step(bench, planner, leaf)
+        if ending is not None and ending.test:
+            return Outcome(end=ending.end, message=ending.message)
+        if ending is not None and ending.end == "rupture" and isinstance(leaf.step, UntilRupture):
+            done = Outcome(end="rupture", message=ending.message)
+    return done
+
+
+def _do_step(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, None, Ending | None]:
+    """Do one step, or what is left of it; return how it ended if not at its target."""
+    if leaf.number > bench.cursor.leaf or bench.cursor.sight is None:
+        bench.remember(bench.controller.start_step(bench.memory, bench.time))
+        bench.cursor = replace(bench.cursor, leaf=leaf.number, stroke=0, sight=None)
+    record = StepRecord(
+        number=leaf.number, place=leaf.place, tag=leaf.tag, start=bench.memory.since, time=bench.time, end="abort"
+    )
+    yield record
+    ending = None
+    if isinstance(leaf.step, Image):
+        yield from _picture(bench, leaf.step)
+    for index in range(bench.cursor.stroke, leaf.strokes):
+        if index > bench.cursor.stroke:
+            bench.cursor = replace(bench.cursor, stroke=index, sight=None)
+        sight = bench.cursor.sight or Sight(displacement=bench.crosshead, force=bench.memory.shown)
+        stroke = planner.stroke(leaf, index, bench.memory.course, sight)
+        if stroke is None:
+            continue
+        if bench.cursor.sight is None:
+            bench.begin(sight)
+        ending = yield from _do(bench, stroke, Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges))
+        after = bench.memory.course.after(stroke, Sight(displacement=bench.crosshead, force=bench.memory.shown))
+        bench.remember(replace(bench.memory, course=after))
+        if ending is not None:
+            break
+    if ending is None and isinstance(leaf.step, UntilRupture):
+        ending = Ending(end="limit", message="no rupture on the way")
+    done = Ending(end="target", message="") if ending is None else ending
+    yield replace(record, time=bench.time, end=done.end, message=done.message)
+    return ending
+
+
+def _picture(bench: Bench, step: Image) -> Iterator[Event]:
+    """Take a picture, or begin or end a series of them."""
+    if step.every is not None:
+        every = None if step.every == "off" else step.every
+        bench.remember(replace(bench.memory, every=every, image_since=bench.time, image_tag=step.tag))
+    if step.every != "off":
+        yield from bench.pictured(step.tag)
+
+
+def _do(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Event, None, Ending | None]:
+    """Do one stroke; return what ended its step, if anything did."""
+    if stroke.phase == "Zero":
+        # A specimen that stands still keeps its equilibrium: nothing to solve, nothing to drift.
+        if bench.last is not None and bench.last.phase != "Zero":
+            yield bench.stand(stroke)
+        if "force" in stroke.channels:
+            bench.remember(bench.controller.zero(bench.memory))
+        yield Zeroing(time=bench.time, kinds=frozenset(stroke.channels))
+        return None
+    tripped = _too_fast(bench, stroke)
+    if tripped is not None:
+        return tripped
+    elastic = bench.rig.work.model.relaxation is None
+    straight = all(train.rigid for train in bench.rig.trains.values()) and not (stroke.force or stroke.free)
+    if stroke.phase == "Hold" and (elastic or straight):
+        return (yield from hold(bench, stroke, watch))
+    seeks = stroke.stop_force is not None or (watch.until is not None and watch.until.force is not None)
+    if straight and not seeks:
+        return (yield from drive(bench, stroke, watch))
+    marks = hold_marks(bench, stroke) if stroke.phase == "Hold" else []
+    ending = yield from steer(bench, stroke, watch, marks, image_shares(stroke, bench.memory, bench.cursor.begun))
+    if ending is None or not ending.test:
+        yield bench.frame()
+    return ending
+
+
+def _too_fast(bench: Bench, stroke: Stroke) -> Ending | None:
+    """Return the ending of a test whose machine has no such speed."""
+    for axis, train in bench.rig.trains.items():
+        way = abs(stroke.end[axis] - stroke.start[axis])
+        speed = way / stroke.duration if stroke.duration > 0.0 else 0.0
+        if speed > train.fastest * (1.0 + 1e-9):
+            has = f"speed: axis {axis} would move at {1e3 * speed:.4g} mm/s, limit {1e3 * train.fastest:.4g} mm/s"
+            return Ending(end="limit", message=has, test=True)
+    return None
 
 
 def _account(bench: Bench, error: ConvergenceError) -> str:

@@ -47,7 +47,8 @@ class Datum:
 class Carriage:
     """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N].
 
-    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit.
+    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit; the gap [m]
+    that a gripper crosses before it takes hold of its specimen is None where none is left.
     """
 
     speed: Datum
@@ -56,6 +57,7 @@ class Carriage:
     compliance: Datum
     min_speed: Datum | None = None
     capacity: Datum | None = None
+    gap: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +143,8 @@ def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis],
     channels = tuple(
         Channel(
             name=f"{CHANNELS[machine][axis]}{kind.capitalize()}",
-            reads=f"{kind}_{axis}",
+            # An encoder sees the crosshead, not the specimen's fixture.
+            reads=f"{'crosshead' if kind == 'displacement' else kind}_{axis}",
             kind=kind,
             unit=unit,
             limit=_limit(data, sensor),

@@ -1,48 +1,63 @@
 """Turn the steps of a protocol into strokes: what each driven axis does, and for how long.
 
-A displacement is the change of the hook-to-hook length of an axis since the specimen was mounted [m].
+A displacement is the change of the hook-to-hook length of an axis since the specimen was mounted, as the machine's
+encoder sees it [m]; a force is what the load cell shows [N]. Both are known only when a stroke begins, so a plan is
+asked for one stroke after the other.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
 from rigs.catalogue import CATALOGUE
-from rigs.protocol import Axis, Channel, Cycle, Hold, Preload, Protocol, Ramp, Repeat, Step, Target, Zero
+from rigs.steps import Cycle, Hold, Image, Preload, Ramp, UntilRupture, Zero
+from rigs.targets import MOST_STRAIN, ForceRate, StrainRate, Target
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable, Iterator, Mapping
+    from collections.abc import Mapping
 
+    from rigs.leaves import Leaf
+    from rigs.protocol import Protocol
     from rigs.record import Phase
+    from rigs.steps import Channel, Drive
+    from rigs.targets import Axis
 
-Move: TypeAlias = Zero | Preload | Ramp | Hold
-
-# A preload that has not met its force after this strain has met its limit.
-PRELOAD_REACH = 0.5
-MAX_ROWS = 10_000_000
+PRELOAD_REACH: Final = 0.5
+"""A preload that has not met its force after this strain has met its limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stroke:
-    """Describe one straight move of the axes.
+    """Describe one move of the axes.
 
     Parameters
     ----------
     start, end : Mapping
-        Displacement of each axis [m].
+        Displacement of each axis [m]; that of an axis in `force` or `free` stays open, and `end` is its `start`.
     duration : float
         Time it takes [s].
     phase : {'Zero', 'Preload', 'Stretch', 'Recover', 'Hold'}
         What it is to the specimen.
     cycle : int
-        Number of the set it belongs to, from 1; a stretch after a recovery opens the next [1].
+        Number of the set it belongs to, from 1 [1].
+    step : int
+        Turn of the step that it is part of, from 0.
     tag : str or None
         The step's tag.
+    named : tuple of Axis
+        The axes that the step names; `until` looks at them.
+    force : Mapping
+        First and last force of axes whose force is controlled [N].
+    free : tuple of Axis
+        Axes that give way so that they carry no force.
+    follow : Axis or None
+        The axis whose strain those not named make too, where that is not known beforehand.
     stop_force : float or None
-        An axis that moves stops where it carries this force [N].
+        A named axis stops where it carries this force [N].
+    drop : float or None
+        The step ends where the force fell by this share below its peak [1].
     channels : tuple of str
         Channels to tare (phase 'Zero').
     """
@@ -52,171 +67,223 @@ class Stroke:
     duration: float
     phase: Phase
     cycle: int
+    step: int = 0
     tag: str | None = None
+    named: tuple[Axis, ...] = ()
+    force: Mapping[Axis, tuple[float, float]]
+    free: tuple[Axis, ...] = ()
+    follow: Axis | None = None
     stop_force: float | None = None
+    drop: float | None = None
     channels: tuple[Channel, ...] = ()
 
+    @property
+    def searches(self) -> bool:
+        """Return whether it goes only as far as something asks that is not known beforehand."""
+        return self.stop_force is not None or self.drop is not None
 
-def strokes(
-    protocol: Protocol, gauge_lengths: Mapping[Axis, float]
-) -> Generator[Stroke, Mapping[Axis, float] | None, None]:
-    """Yield the strokes of a protocol in order.
 
-    Axes driven together arrive together; the rate is that of the axis with the longest way. A ramp to where
-    the axes already stand makes no stroke.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sight:
+    """Hold what the controller sees.
 
-    Parameters
+    Attributes
     ----------
-    protocol : Protocol
-        The test.
-    gauge_lengths : Mapping
-        Initial hook-to-hook distance of each axis [m]; strain = displacement / gauge length.
-
-    Yields
-    ------
-    Stroke
-        The next move. Send the displacements [m] really reached, or nothing when its end was.
+    displacement : Mapping
+        What the encoder of each axis shows, not zeroed [m].
+    force : Mapping
+        What the load cell of each axis shows, zeroed [N].
     """
-    here: dict[Axis, float] = dict.fromkeys(protocol.axes, 0.0)
-    origin = dict(here)
-    cycle, recovered = 1, False
-    for move in moves(protocol.steps):
-        end = _destination(move, here, origin, gauge_lengths)
-        if isinstance(move, Ramp) and _still(here, end, gauge_lengths):
-            continue
-        phase = _phase(move, here, end)
-        if recovered and phase in {"Stretch", "Preload"}:
-            cycle, recovered = cycle + 1, False
-        recovered = recovered or phase == "Recover"
-        reached = yield Stroke(
-            start=dict(here),
-            end=end,
-            duration=_duration(move, here, end, protocol),
-            phase=phase,
-            cycle=cycle,
-            tag=None if isinstance(move, Zero) else move.tag,
-            stop_force=move.force if isinstance(move, Preload) else None,
-            channels=move.channels if isinstance(move, Zero) else (),
+
+    displacement: Mapping[Axis, float]
+    force: Mapping[Axis, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """Hold what of a test so far matters to the strokes to come.
+
+    Attributes
+    ----------
+    origin : Mapping
+        Displacement of each axis at the last zero [m].
+    cycle : int
+        Number of the set, from 1.
+    stretched, recovered : bool
+        Whether the set has seen a stretch, and a recovery.
+    free : tuple of Axis
+        Axes that gave way in the last stroke; a hold leaves them so.
+    """
+
+    origin: Mapping[Axis, float]
+    cycle: int = 1
+    stretched: bool = False
+    recovered: bool = False
+    free: tuple[Axis, ...] = ()
+
+    def after(self, stroke: Stroke, sight: Sight) -> Course:
+        """Return the course after a stroke."""
+        return replace(
+            self,
+            origin=dict(sight.displacement) if "displacement" in stroke.channels else self.origin,
+            cycle=stroke.cycle,
+            stretched=stroke.phase == "Stretch" or (self.stretched and stroke.cycle == self.cycle),
+            recovered=stroke.phase == "Recover" or (self.recovered and stroke.cycle == self.cycle),
+            free=stroke.free if stroke.phase != "Zero" else self.free,
         )
-        here = dict(end if reached is None else reached)
-        if isinstance(move, Zero) and "displacement" in move.channels:
-            origin = dict(here)
 
 
-def moves(steps: Iterable[Step]) -> Iterator[Move]:
-    """Yield the steps with repeats and cycles counted out: a cycle is a ramp up and a ramp down."""
-    for step in steps:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planner:
+    """Plan the strokes of a protocol on a specimen of some hook-to-hook lengths [m]."""
+
+    protocol: Protocol
+    gauges: Mapping[Axis, float]
+
+    def begin(self) -> Course:
+        """Return the course of a test that begins."""
+        return Course(origin=dict.fromkeys(self.gauges, 0.0))
+
+    def stroke(self, leaf: Leaf, index: int, course: Course, sight: Sight) -> Stroke | None:
+        """Return a stroke of a step, None where it moves nothing.
+
+        Axes driven together arrive together; the rate is that of the named axis with the longest way. A ramp to
+        where the axes already stand makes no stroke.
+
+        Parameters
+        ----------
+        leaf : Leaf
+            The step.
+        index : int
+            Number of the stroke in it, from 0 to `Leaf.strokes`.
+        course, sight
+            What came before, and what the controller sees now.
+
+        Raises
+        ------
+        SpecificationError
+            If hooks would pass through each other.
+        """
+        step, here = leaf.step, dict(sight.displacement)
+        still = Stroke(
+            start=here,
+            end=here,
+            duration=0.0,
+            phase="Zero",
+            cycle=course.cycle,
+            step=leaf.number,
+            tag=leaf.tag,
+            named=tuple(here),
+            force={},
+            free=course.free,
+        )
         match step:
-            case Repeat():
-                for _ in range(step.n):
-                    yield from moves(step.steps)
+            case Zero():
+                return replace(still, channels=step.channels)
+            case Hold():
+                return self._hold(step, still, sight)
+            case Image():
+                return None
             case Cycle():
-                for _ in range(step.n):
-                    for strain in (step.upper, step.lower):
-                        target = Target(kind="strain", value=strain)
-                        yield Ramp(axes=step.axes, to=target, rate=step.rate, tag=step.tag)
+                level = step.lower if index % 2 else step.upper
+                aim = Target(kind=step.control, value=level)
+                return _in_set(self._drive(step, aim, still, course, sight), course, first=index == 0)
             case _:
-                yield step
+                return _in_set(self._drive(step, _aim(step), still, course, sight), course)
 
+    def _hold(self, step: Hold, still: Stroke, sight: Sight) -> Stroke:
+        """Return the stroke that stands still, or keeps forces."""
+        named = step.axes or still.named
+        kept = {axis: (sight.force[axis],) * 2 for axis in step.axes} if step.control == "force" else {}
+        free = tuple(axis for axis in still.free if axis not in step.axes)
+        return replace(still, phase="Hold", duration=step.duration, named=named, force=kept, free=free)
 
-def planned_strokes(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> list[Stroke]:
-    """Return the strokes as far as they are known beforehand: a preload is taken to meet its force at once.
+    def _drive(self, step: Drive, aim: Target | None, still: Stroke, course: Course, sight: Sight) -> Stroke | None:
+        """Return the stroke that drives the axes of a step to a target; None if there is no way to go."""
+        here, others = still.start, [axis for axis in still.start if axis not in step.axes]
+        mode = self.protocol.others
+        forces: dict[Axis, tuple[float, float]] = {}
+        end = dict(here)
+        if aim is not None and aim.kind == "force":
+            forces = {axis: (sight.force[axis], aim.value) for axis in step.axes}
+        else:
+            for axis in step.axes:
+                end[axis] = self._destination(step, aim, axis, here[axis], course.origin[axis])
+            if mode == "follow":
+                lead = step.axes[0]
+                strain = (end[lead] - here[lead]) / self.gauges[lead]
+                end |= {axis: here[axis] + strain * self.gauges[axis] for axis in others}
+        self._require_room(end)
+        duration = self._duration(step, here, end, forces)
+        if duration == 0.0:
+            return None
+        far = max(step.axes, key=lambda axis: abs(end[axis] - here[axis]))
+        rises = sum(last - first for first, last in forces.values()) if forces else end[far] - here[far]
+        return replace(
+            still,
+            end=end,
+            duration=duration,
+            phase="Preload" if isinstance(step, Preload) else "Stretch" if rises > 0.0 else "Recover",
+            named=step.axes,
+            force=forces,
+            free=tuple(others) if mode == "free" else (),
+            follow=step.axes[0] if mode == "follow" and forces and others else None,
+            stop_force=step.force if isinstance(step, Preload) and not forces else None,
+            drop=step.drop if isinstance(step, UntilRupture) else None,
+        )
 
-    Its duration still counts with all of its reach.
-    """
-    planned: list[Stroke] = []
-    plan = strokes(protocol, gauge_lengths)
-    stroke = next(plan, None)
-    while stroke is not None:
-        planned.append(stroke)
-        try:
-            stroke = plan.send(stroke.start if stroke.phase == "Preload" else stroke.end)
-        except StopIteration:
-            stroke = None
-    return planned
+    def _destination(self, step: Drive, aim: Target | None, axis: Axis, here: float, origin: float) -> float:
+        """Return the displacement of an axis at the end of a step [m]."""
+        length = self.gauges[axis]
+        if aim is None:
+            return here + (PRELOAD_REACH if isinstance(step, Preload) else MOST_STRAIN) * length
+        return origin + aim.value * (length if aim.kind == "strain" else 1.0)
 
+    def _require_room(self, end: Mapping[Axis, float]) -> None:
+        """Raise if hooks would pass through each other."""
+        for axis, length in self.gauges.items():
+            if end[axis] <= -length:
+                found = f"{end[axis]:g} m on axis {axis}"
+                raise SpecificationError("steps", found, f"a displacement above {-length:g} m")
 
-def planned_duration(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> float:
-    """Return how long the strokes take [s]; a preload counts with all of its reach."""
-    return math.fsum(stroke.duration for stroke in planned_strokes(protocol, gauge_lengths))
-
-
-def planned_rows(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> int:
-    """Return how many rows the log will have: one at the start, then one each tick of its clock.
-
-    Raises
-    ------
-    SpecificationError
-        If they are more than `MAX_ROWS`.
-    """
-    ticks = planned_duration(protocol, gauge_lengths) * protocol.log.rate
-    # Rounding in the sum of durations must not lose the row of the last tick.
-    rows = math.floor(ticks * (1 + 1e-12)) + 1
-    if rows > MAX_ROWS:
-        rate = f"{protocol.log.rate:g} Hz, which makes {rows} rows"
-        raise SpecificationError("log.rate", rate, f"a rate that makes {MAX_ROWS} rows or fewer")
-    return rows
-
-
-def _destination(
-    move: Move, here: Mapping[Axis, float], origin: Mapping[Axis, float], gauge_lengths: Mapping[Axis, float]
-) -> dict[Axis, float]:
-    """Return the displacement of every axis at the end of a move; axes not driven stay [m]."""
-    end = dict(here)
-    match move:
-        case Preload():
-            for axis in move.axes:
-                end[axis] = here[axis] + PRELOAD_REACH * gauge_lengths[axis]
-        case Ramp():
-            for axis in move.axes:
-                scale = gauge_lengths[axis] if move.to.kind == "strain" else 1.0
-                end[axis] = origin[axis] + move.to.value * scale
-                if end[axis] <= -gauge_lengths[axis]:
-                    found = f"{end[axis]:g} m on axis {axis}"
-                    raise SpecificationError("steps", found, f"a displacement above {-gauge_lengths[axis]:g} m")
-        case _:
-            pass
-    return end
-
-
-def _still(here: Mapping[Axis, float], end: Mapping[Axis, float], gauge_lengths: Mapping[Axis, float]) -> bool:
-    """Tell whether no axis has a way to go, rounding apart."""
-    return all(abs(end[axis] - here[axis]) <= 1e-12 * gauge_lengths[axis] for axis in end)
-
-
-def _farthest(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Axis:
-    """Return the axis that goes farthest."""
-    return max(end, key=lambda axis: abs(end[axis] - here[axis]))
-
-
-def _longest_way(here: Mapping[Axis, float], end: Mapping[Axis, float]) -> float:
-    """Return the signed way of the axis that goes farthest [m]."""
-    axis = _farthest(here, end)
-    return end[axis] - here[axis]
-
-
-def _phase(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float]) -> Phase:
-    """Return what a move is to the specimen."""
-    match move:
-        case Zero():
-            return "Zero"
-        case Preload():
-            return "Preload"
-        case Hold():
-            return "Hold"
-        case Ramp():
-            return "Stretch" if _longest_way(here, end) > 0.0 else "Recover"
-
-
-def _duration(move: Move, here: Mapping[Axis, float], end: Mapping[Axis, float], protocol: Protocol) -> float:
-    """Return the time a move takes [s]."""
-    match move:
-        case Zero():
+    def _duration(
+        self,
+        step: Drive,
+        here: Mapping[Axis, float],
+        end: Mapping[Axis, float],
+        forces: Mapping[Axis, tuple[float, float]],
+    ) -> float:
+        """Return the time that the named axis with the longest way takes [s]; 0 if none has any, rounding apart."""
+        rate = step.rate
+        if isinstance(rate, ForceRate):
+            way = max(abs(last - first) for first, last in forces.values())
+            return way / rate.value
+        ways = {axis: abs(end[axis] - here[axis]) for axis in step.axes}
+        if all(way <= 1e-12 * self.gauges[axis] for axis, way in ways.items()):
             return 0.0
-        case Hold():
-            return move.duration
-        case Preload() | Ramp():
-            # Where two grips move apart, a pair's length changes twice as fast as one of them moves.
-            drive = CATALOGUE[protocol.rig].drives[_farthest(here, end)]
-            pair_rate = move.rate * (1 if protocol.speed_ref == "pair" else drive.moving)
-            return abs(_longest_way(here, end)) / pair_rate
+        if isinstance(rate, StrainRate):
+            return max(way / self.gauges[axis] for axis, way in ways.items()) / rate.value
+        farthest = max(ways, key=lambda axis: ways[axis])
+        # Where two grips move apart, a pair's length changes twice as fast as one of them moves.
+        moving = CATALOGUE[self.protocol.rig].drives[farthest].moving
+        return ways[farthest] / (rate * (1 if self.protocol.speed_ref == "pair" else moving))
+
+
+def _aim(step: Drive) -> Target | None:
+    """Return where a step drives its axes, None where it searches."""
+    match step:
+        case Ramp() | UntilRupture():
+            return step.to
+        case Preload():
+            return Target(kind="force", value=step.force) if step.drives == "force" else None
+        case Cycle():
+            return None
+
+
+def _in_set(stroke: Stroke | None, course: Course, *, first: bool = False) -> Stroke | None:
+    """Return a stroke with the number of its set: a stretch after a recovery opens one, and the `first` of cycles."""
+    if stroke is None:
+        return None
+    opens = course.recovered and stroke.phase in {"Stretch", "Preload"}
+    opens = opens or (first and stroke.phase == "Stretch" and course.stretched)
+    return replace(stroke, cycle=course.cycle + opens)

@@ -16,13 +16,20 @@ from rigs.steps import (
     AXES,
     Axis,
     Channel,
+    Control,
     Cycle,
+    ForceRate,
     Hold,
+    Image,
     Preload,
     Ramp,
+    Rate,
     Repeat,
     Step,
+    StrainRate,
     Target,
+    Until,
+    UntilRupture,
     Zero,
     axes_of,
     stroke_count,
@@ -31,22 +38,29 @@ from rigs.steps import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.catalogue import RigName, Sides
+    from rigs.catalogue import Others, RigName
 
 __all__ = [
     "AXES",
     "Axis",
     "Channel",
+    "Control",
     "Cycle",
+    "ForceRate",
     "Hold",
+    "Image",
     "LogSpec",
     "Preload",
     "Protocol",
     "Ramp",
+    "Rate",
     "Repeat",
     "SpecimenSpec",
     "Step",
+    "StrainRate",
     "Target",
+    "Until",
+    "UntilRupture",
     "Zero",
     "stroke_count",
 ]
@@ -77,9 +91,9 @@ class Protocol:
         What hangs on the hooks.
     speed_ref : {'pair', 'grip'}
         Whether a rate is that of the hook-to-hook length, or of one carriage that moves.
-    others : {'hold', 'free'}
-        What the axes do that a step does not name, as the rig has it: the stage holds them, beside the frame the
-        specimen's sides are free.
+    others : {'hold', 'free', 'follow'}
+        What the axes do that a step does not name: stand still, give way so that they carry no force, or make the same
+        strain. Beside the frame the specimen's sides are free.
     steps : tuple of Step
         The steps, in order.
     log : LogSpec
@@ -98,7 +112,7 @@ class Protocol:
 
     specimen: SpecimenSpec
     speed_ref: Literal["pair", "grip"]
-    others: Sides
+    others: Others
     steps: tuple[Step, ...]
     log: LogSpec = field(default_factory=LogSpec)
     rig: RigName = "biaxial-hook"
@@ -132,7 +146,8 @@ class Protocol:
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
             require(able == list(rig.axes), "knit", f"faces across {_both(able)}", f"faces across {_both(rig.axes)}")
-        require(self.others == rig.sides, "others", self.others, f"{rig.sides} on {self.rig}")
+        allowed = " or ".join(", ".join(rig.others).rsplit(", ", 1))
+        require(self.others in rig.others, "others", self.others, f"{allowed} on {self.rig}")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
             require(not wrong, place, ", ".join(wrong), f"what is driven: {_both(self.axes)}")

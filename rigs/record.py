@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
@@ -63,6 +63,9 @@ class Equilibrium:
         Time on the rig's clock [s].
     displacement : Mapping
         Change of the hook-to-hook distance of each driven axis [m].
+    crosshead : Mapping
+        Way of the crosshead or carriages that the encoder of each axis sees [m]: with what the machine itself gives,
+        and with a gripper's gap. On a rigid machine it is the displacement, which stands for it unless it is given.
     force : Mapping
         What the load cell of each driven axis feels [N], positive in tension.
     lateral_force : float
@@ -91,10 +94,13 @@ class Equilibrium:
         What the axes were doing when they arrived here.
     tag : str or None
         Label of the protocol step.
+    step : int
+        Turn of the step in the test, from 0.
     """
 
     time: float
     displacement: Mapping[Axis, float]
+    crosshead: Mapping[Axis, float] = field(default_factory=dict)
     force: Mapping[Axis, float]
     lateral_force: float
     elastic_stretch: float
@@ -118,16 +124,21 @@ class Equilibrium:
     cycle: int
     phase: Phase
     tag: str | None = None
+    step: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.crosshead:
+            object.__setattr__(self, "crosshead", dict(self.displacement))
 
     def numbers(self) -> dict[str, float]:
         """Return the numbers under the names of their columns, ``force_C`` for that of the course."""
         flat: dict[str, float] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for one in fields(self):
+            value = getattr(self, one.name)
             if isinstance(value, Mapping):
-                flat |= {f"{field.name}_{axis}": part for axis, part in value.items()}
-            elif field.name not in {"phase", "tag"}:
-                flat[field.name] = value
+                flat |= {f"{one.name}_{axis}": part for axis, part in value.items()}
+            elif one.name not in {"phase", "tag"}:
+                flat[one.name] = value
         return flat
 
 
@@ -160,6 +171,51 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """Ask for a picture of the frame that was kept last.
+
+    Attributes
+    ----------
+    time : float
+        Time on the rig's clock [s].
+    tag : str or None
+        Label of the step `image`.
+    """
+
+    time: float
+    tag: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepRecord:
+    """Say how a step of the protocol ended; while it is under way, as if it were aborted there.
+
+    Attributes
+    ----------
+    number : int
+        Its turn in the test, from 0; rows name it as their `step`.
+    place : str
+        Where the protocol says it, ``steps[2].cycle``.
+    tag : str or None
+        Its label.
+    start, time : float
+        When it began and ended, on the rig's clock [s].
+    end : End
+        ``limit`` also where `until` ended it, ``timeout`` where its time did, ``rupture`` where the force dropped.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    """
+
+    number: int
+    place: str
+    tag: str | None
+    start: float
+    time: float
+    end: End
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
     """Say how the run ended; a limit or a rupture is a result, not an error.
 
@@ -180,6 +236,7 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
     return {
         "time": "s",
         **{f"displacement_{axis}": "m" for axis in axes},
+        **{f"crosshead_{axis}": "m" for axis in axes},
         **{f"force_{axis}": "N" for axis in axes},
         "lateral_force": "N",
         "elastic_stretch": "J",
@@ -201,6 +258,7 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
         "factorisations": "1",
         "seconds": "s",
         "cycle": "1",
+        "step": "1",
     }
 
 

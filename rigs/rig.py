@@ -36,6 +36,38 @@ if TYPE_CHECKING:
     from rigs.steps import Axis
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Train:
+    """Hold what lies between the crosshead, or the carriages, of an axis and the specimen's fixture.
+
+    Attributes
+    ----------
+    compliance : float
+        How far the machine gives way under a force [m/N].
+    gap : float
+        Way that a gripper makes before it takes hold [m].
+    slowest, fastest : float
+        Speeds that the machine has, as those of the hook-to-hook length [m/s].
+    digit : float
+        Smallest digit of the axis' load cell [N].
+    """
+
+    compliance: float
+    gap: float
+    slowest: float
+    fastest: float
+    digit: float
+
+    @property
+    def rigid(self) -> bool:
+        """Return whether the fixture stands where the crosshead does."""
+        return self.compliance == 0.0 and self.gap == 0.0
+
+    def beyond(self, travel: float, force: float) -> float:
+        """Return where the crosshead stands [m] that holds a fixture at a travel [m] under a force [N]."""
+        return travel + self.compliance * force + self.gap
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rig:
     """Hold a rig with its specimen mounted.
@@ -56,6 +88,8 @@ class Rig:
         Load cells and encoders, one instrument a machine, each on its own clock.
     breaks_at : float or None
         Strain at its surface at which a fibre breaks [1]; None where rupture is off.
+    trains : Mapping
+        What lies between crosshead and fixture of each axis.
     severed : tuple of int
         The edges of the yarn that broke, in order.
     """
@@ -67,6 +101,7 @@ class Rig:
     mounted: FloatArray
     instruments: tuple[Instrument, ...]
     breaks_at: float | None
+    trains: Mapping[Axis, Train]
     severed: tuple[int, ...] = ()
 
     @property
@@ -135,13 +170,12 @@ def mount(
     Raises
     ------
     SpecificationError
-        If a machine's numbers ask for what pins on rigid carriages cannot do.
+        If a machine's numbers ask for what pins cannot do.
     ConvergenceError
         If a yarn that is straight at rest finds no balance in its knit.
     """
     for numbers in data.values():
         _require_zero("pole.friction", numbers.pole.friction)
-        _require_zero("carriage.compliance", numbers.carriage.compliance)
     spec = protocol.specimen
     model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
@@ -160,8 +194,21 @@ def mount(
         mounted=state.q.copy(),
         instruments=tuple(instrument_of(name, data[name], axes, protocol.log.rate) for name, axes in driven.items()),
         breaks_at=spec.breaks_at,
+        trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
+
+
+def _train(numbers: MachineData) -> Train:
+    """Return what lies between crosshead and fixture on a machine."""
+    carriage = numbers.carriage
+    return Train(
+        compliance=carriage.compliance.value,
+        gap=0.0 if carriage.gap is None else carriage.gap.value,
+        slowest=0.0 if carriage.min_speed is None else carriage.min_speed.value,
+        fastest=carriage.max_speed.value,
+        digit=numbers.load_cell.resolution.value,
+    )
 
 
 def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:

@@ -2,49 +2,58 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from rigs.bounds import require, require_label
+from rigs.targets import (
+    AXES,
+    Axis,
+    Control,
+    ForceRate,
+    Rate,
+    StrainRate,
+    Target,
+    Until,
+    require_axes,
+    require_drop,
+    require_level,
+    require_rate,
+    require_time,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-Axis: TypeAlias = Literal["C", "W", "P"]
+__all__ = [
+    "AXES",
+    "Axis",
+    "Channel",
+    "Control",
+    "Cycle",
+    "ForceRate",
+    "Hold",
+    "Image",
+    "Preload",
+    "Ramp",
+    "Rate",
+    "Repeat",
+    "Step",
+    "StrainRate",
+    "Target",
+    "Until",
+    "UntilRupture",
+    "Zero",
+    "axes_of",
+    "step_name",
+    "stroke_count",
+]
+
 Channel: TypeAlias = Literal["force", "displacement"]
 
-AXES: Final[tuple[Axis, ...]] = ("C", "W", "P")
-"""Directions of a knit: course x, wale y, pile z."""
-
-
-def _require_axes(axes: Sequence[str]) -> None:
-    """Raise unless `axes` names each driven axis once."""
-    fine = len(axes) > 0 and len(set(axes)) == len(axes) and set(axes) <= set(AXES)
-    require(fine, "axes", list(axes), "one or more of C, W and P, each once")
-
-
-def _require_speed(rate: float) -> None:
-    """Raise unless `rate` is a speed a stage can have [m/s]."""
-    require(0.0 < rate <= 1.0, "rate", f"{rate:g} m/s", "a speed above 0 and up to 1 m/s")
-
-
-def _require_strain(name: str, strain: float) -> None:
-    """Raise unless `strain` leaves a specimen between the hooks [1]."""
-    require(-0.9 <= strain <= 5.0, name, strain, "a strain from -0.9 to 5")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
-    """Say where an axis goes: a strain [1], or a change of hook-to-hook length [m], since the last zero."""
-
-    kind: Literal["strain", "displacement"]
-    value: float
-
-    def __post_init__(self) -> None:
-        if self.kind == "strain":
-            _require_strain("strain", self.value)
-        else:
-            require(-10.0 <= self.value <= 10.0, "displacement", f"{self.value:g} m", "a length from -10 m to 10 m")
+RUPTURE_DROP: Final = 0.6
+"""Share by which the force must fall below its peak for a rupture, unless a protocol says otherwise [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,66 +69,102 @@ class Zero:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preload:
-    """Draw the axes apart until each carries `force` [N], at `rate` [m/s]."""
+    """Load the axes until the load cell of each shows `force` [N].
+
+    Driven at a speed or strain rate an axis that has met the force stops and stands while the others go on; with
+    ``control='force'`` all forces rise together at a force rate and are all held.
+    """
 
     axes: tuple[Axis, ...]
     force: float
-    rate: float
+    rate: Rate
+    control: Control | None = None
+    until: Until | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        _require_axes(self.axes)
+        require_axes(self.axes)
         require(0.0 < self.force <= 1e4, "force", f"{self.force:g} N", "a force above 0 and up to 10 kN")
-        _require_speed(self.rate)
+        require_rate(self.rate, self.drives)
         require_label("tag", self.tag)
+
+    @property
+    def drives(self) -> Control:
+        """Return what the controller makes follow its course."""
+        return self.control or "displacement"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ramp:
-    """Drive the axes to a target together, the one with the longest way at `rate` [m/s]."""
+    """Drive the axes to a target together, the one with the longest way at `rate`."""
 
     axes: tuple[Axis, ...]
     to: Target
-    rate: float
+    rate: Rate
+    control: Control | None = None
+    until: Until | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        _require_axes(self.axes)
-        _require_speed(self.rate)
+        require_axes(self.axes)
+        _require_same(self.control, self.to)
+        require_rate(self.rate, self.drives)
         require_label("tag", self.tag)
+
+    @property
+    def drives(self) -> Control:
+        """Return what the controller makes follow its course."""
+        return self.to.kind if self.control is None else self.control
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hold:
-    """Stand still for `duration` [s]."""
+    """Stand still for `duration` [s], or with ``control='force'`` keep the forces of `axes` as they are."""
 
     duration: float
+    axes: tuple[Axis, ...] = ()
+    control: Control | None = None
+    until: Until | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require(0.0 < self.duration <= 1e7, "duration", f"{self.duration:g} s", "a time above 0 and up to 1e7 s")
+        require_time("duration", self.duration)
+        if self.axes:
+            require_axes(self.axes)
+        named = bool(self.axes) or self.control != "force"
+        require(named, "axes", "nothing", "a list of the axes whose force is held, such as [C, W]")
         require_label("tag", self.tag)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """Drive the axes to strain `upper`, then to `lower` [1], at `rate` [m/s], `n` times."""
+    """Drive the axes to `upper`, then to `lower`, at `rate`, `n` times.
+
+    Both are strains [1], lengths [m] or forces [N], as `control` says.
+    """
 
     axes: tuple[Axis, ...]
     lower: float
     upper: float
-    rate: float
+    rate: Rate
     n: int
+    control: Control = "strain"
+    until: Until | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        _require_axes(self.axes)
-        _require_strain("lower", self.lower)
-        _require_strain("upper", self.upper)
-        require(self.lower < self.upper, "upper", self.upper, f"a strain above lower ({self.lower:g})")
-        _require_speed(self.rate)
+        require_axes(self.axes)
+        require_level(self.control, self.lower, "lower")
+        require_level(self.control, self.upper, "upper")
+        require(self.lower < self.upper, "upper", self.upper, f"a {self.control} above lower ({self.lower:g})")
+        require_rate(self.rate, self.control)
         require(1 <= self.n <= 10_000, "n", self.n, "a whole number from 1 to 10000")
         require_label("tag", self.tag)
+
+    @property
+    def drives(self) -> Control:
+        """Return what the controller makes follow its course."""
+        return self.control
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +179,62 @@ class Repeat:
         require(len(self.steps) > 0, "steps", [], "one step or more")
 
 
-Step: TypeAlias = Zero | Preload | Ramp | Hold | Cycle | Repeat
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UntilRupture:
+    """Drive the axes on until the force fell by the share `drop` [1] below its peak, or the specimen tears.
+
+    Fibres that break one by one end nothing. `to` is a ceiling; without it the rig's travel is.
+    """
+
+    axes: tuple[Axis, ...]
+    rate: Rate
+    drop: float = RUPTURE_DROP
+    to: Target | None = None
+    control: Control | None = None
+    until: Until | None = None
+    tag: str | None = None
+
+    def __post_init__(self) -> None:
+        require_axes(self.axes)
+        seen = "strain or displacement: under a controlled force no drop is seen"
+        require(self.control != "force", "control", "force", seen)
+        require(self.to is None or self.to.kind != "force", "to", "a force", "a strain or a displacement")
+        require_rate(self.rate, self.drives)
+        require_drop("drop", self.drop)
+        require_label("tag", self.tag)
+
+    @property
+    def drives(self) -> Control:
+        """Return what the controller makes follow its course."""
+        return self.control or "displacement"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Image:
+    """Take a picture now, or from now on one `every` so many seconds, or none any more ('off')."""
+
+    every: float | Literal["off"] | None = None
+    tag: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.every is not None and self.every != "off":
+            require_time("every", self.every)
+        require_label("tag", self.tag)
+
+
+Drive: TypeAlias = Preload | Ramp | Cycle | UntilRupture
+Step: TypeAlias = Zero | Preload | Ramp | Hold | Cycle | Repeat | UntilRupture | Image
+
+
+def step_name(step: Step) -> str:
+    """Return what a file calls a kind of step.
+
+    Examples
+    --------
+    >>> step_name(UntilRupture(axes=("C",), rate=1e-4))
+    'until_rupture'
+    """
+    return re.sub(r"(?<=.)([A-Z])", r"_\1", type(step).__name__).lower()
 
 
 def stroke_count(steps: Sequence[Step]) -> int:
@@ -154,11 +254,21 @@ def stroke_count(steps: Sequence[Step]) -> int:
 def axes_of(steps: Sequence[Step], under: str = "steps") -> Iterator[tuple[str, tuple[Axis, ...]]]:
     """Yield where the axes of each step are said, ``steps[2].cycle.axes``, and which they are."""
     for number, step in enumerate(steps):
-        place = f"{under}[{number}].{type(step).__name__.lower()}"
+        place = f"{under}[{number}].{step_name(step)}"
         match step:
             case Repeat():
                 yield from axes_of(step.steps, f"{place}.steps")
-            case Preload() | Ramp() | Cycle():
+            case Preload() | Ramp() | Cycle() | UntilRupture() | Hold():
                 yield f"{place}.axes", step.axes
             case _:
                 pass
+
+
+def _require_same(control: Control | None, to: Target) -> None:
+    """Raise unless what is controlled can end at a target."""
+    if control is None or (control == "force") == (to.kind == "force"):
+        return
+    found = f"{to.kind} with control: {control}"
+    stop = " (to stop at a force say until: {force: 1 N})" if to.kind == "force" else ""
+    wanted = "force" if control == "force" else "a strain or a displacement"
+    require(allowed=False, name="to", found=found, expected=f"{wanted}{stop}")

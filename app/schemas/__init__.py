@@ -1,11 +1,11 @@
 """Read and write protocols: the only place that parses what a user wrote.
 
 document  YAML to plain data that knows its places
-params    `${param}` replaced by its value
+params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
-base, models, specimen, materials  structure, published as JSON Schema
+base, models, steps, specimen, materials  structure, published as JSON Schema
 locate    errors with file, line and column
-convert, convert_specimen  models to the domain's protocol, and back to text
+convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
 material_files  the files that materials of one's own stand in
 """
 
@@ -24,41 +24,81 @@ from app.schemas.material_files import materials_file
 from app.schemas.materials import to_materials
 from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
+from app.schemas.sweep import points_of
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from app.schemas.document import Document
+    from app.schemas.document import Data, Document
+    from app.schemas.sweep import Point
     from knitlab_core.materials import Material
     from rigs.protocol import Protocol
 
-__all__ = ["Loaded", "ProtocolError", "from_yaml", "json_schema", "load", "loads", "to_yaml"]
+__all__ = ["Loaded", "ProtocolError", "from_yaml", "json_schema", "load", "load_sweep", "loads", "to_yaml"]
 
 _UNNAMED = "test"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """Hold a protocol, the text it came from and that of the materials it brings, empty if they are in no file."""
+    """Hold a protocol and the texts that say it again.
+
+    Attributes
+    ----------
+    protocol : Protocol
+        The protocol.
+    document : Document
+        The text it came from.
+    materials : str
+        Text of the materials that it brings; empty if they are in no file.
+    resolved : str
+        Text of the protocol with values chosen for parameters; empty if none were.
+    points : tuple of Point
+        The points of its sweep, where it has one and none was chosen.
+    """
 
     protocol: Protocol
     document: Document
     materials: str = ""
+    resolved: str = ""
+    points: tuple[Point, ...] = ()
 
     @property
     def text(self) -> str:
-        """Return the text, verbatim."""
-        return self.document.text
+        """Return the text that says the protocol again, verbatim where no value was chosen for it."""
+        return self.resolved or self.document.text
+
+    def one_test(self) -> Loaded:
+        """Return itself, if it is one test.
+
+        Raises
+        ------
+        ProtocolError
+            If it is a sweep.
+        """
+        if not self.points:
+            return self
+        first = " ".join(f"--set {name}={value}" for name, value in self.points[0].values.items())
+        found, path = f"a sweep of {len(self.points)} points", self.document.path
+        expected = f"one test: run all with `knitlab sweep {path}`, or one with `{first}`"
+        raise ProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
 
     def locate(self, error: SpecificationError) -> ProtocolError:
         """Return an error found later, with file, line and column of what it blames."""
         return locate(self.document, error)
 
 
-def load(path: Path) -> Loaded:
+def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
     """Read a protocol file; a protocol without a name takes the file's.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    chosen : Mapping, optional
+        Values for some of its parameters, in the place of its own.
 
     Raises
     ------
@@ -70,7 +110,22 @@ def load(path: Path) -> Loaded:
         file = materials_file(path, name)
         return parse_text(read_text(file, "materials"), str(file), "materials")
 
-    return _loaded(parse_text(read_text(path), str(path)), path.stem, beside)
+    return _loaded(parse_text(read_text(path), str(path)), path.stem, beside, chosen or {})
+
+
+def load_sweep(path: Path, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
+    """Read a protocol file once for every point of its sweep, with values `chosen` for other parameters.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it or with one of the points, or if it has no sweep, in one line.
+    """
+    swept = load(path, chosen)
+    if not swept.points:
+        spot = swept.document.spot(())
+        raise ProtocolError(str(path), spot, "sweep", "nothing", "a sweep, such as {pre: [0, 0.1, 0.2]}")
+    return [(point, load(path, {**(chosen or {}), **point.values})) for point in swept.points]
 
 
 def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, materials: str = "") -> Loaded:
@@ -96,12 +151,12 @@ def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, material
             raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
         return parse_text(materials, file, "materials")
 
-    return _loaded(parse_text(text, path), name, given)
+    return _loaded(parse_text(text, path), name, given, {})
 
 
-def _loaded(document: Document, name: str, find: Callable[[str], Document]) -> Loaded:
+def _loaded(document: Document, name: str, find: Callable[[str], Document], chosen: Mapping[str, Data]) -> Loaded:
     """Return the protocol of a document; `find` finds the materials that it names."""
-    data = substitute(document)
+    data = substitute(document, chosen)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
@@ -112,7 +167,13 @@ def _loaded(document: Document, name: str, find: Callable[[str], Document]) -> L
         with at(document, ()):
             found = find(model.materials)
         own, text = to_materials(found), found.text
-    return Loaded(protocol=to_domain(model, document, name, own), document=document, materials=text)
+    points = tuple(point for point in points_of(model, document) if not set(point.values) <= set(chosen))
+    protocol = to_domain(model, document, name, own)
+    if not chosen:
+        return Loaded(protocol=protocol, document=document, materials=text, points=points)
+    said = ", ".join(f"{name} = {value}" for name, value in chosen.items())
+    resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
+    return Loaded(protocol=protocol, document=document, resolved=resolved, points=points)
 
 
 def from_yaml(text: str, materials: str = "") -> Protocol:

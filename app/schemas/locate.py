@@ -10,8 +10,9 @@ from app.schemas import materials
 from app.schemas.base import BRANCH
 from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
-from app.schemas.models import MODELS, NOT_YET, STEPS, ProtocolModel
+from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import VOLUMETRIC, VolumetricStitchModel
+from app.schemas.steps import STEPS
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:

@@ -9,14 +9,16 @@ from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from app.schemas.document import Data, Document, Place
 
 _PARAM: Final = re.compile(r"\$\{\s*([A-Za-z_]\w*)\s*\}")
 _NAME: Final = re.compile(r"[A-Za-z_]\w*")
 
 
-def substitute(document: Document) -> Data:
-    """Return the data of a document with every `${param}` replaced.
+def substitute(document: Document, chosen: Mapping[str, Data] | None = None) -> Data:
+    """Return the data of a document with every `${param}` replaced, by values `chosen` for it where there are any.
 
     Raises
     ------
@@ -26,7 +28,13 @@ def substitute(document: Document) -> Data:
     if not isinstance(document.data, dict) or "params" not in document.data:
         params: dict[str, Data] = {}
     else:
-        params = _checked(document, document.data["params"])
+        params = dict(_checked(document, document.data["params"]))
+    for name in chosen or {}:
+        if name not in params:
+            known = ", ".join(params) or "none"
+            expected = f"NAME=VALUE with a name under params: {known}{nearest(name, params)}"
+            raise ProtocolError(document.path, document.spot(("params",)), "--set", repr(name), expected)
+    params |= chosen or {}
     used: set[str] = set()
     data = _replaced(document, document.data, (), params, used)
     for name in params:

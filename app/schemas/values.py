@@ -1,14 +1,16 @@
 """Describe the single values of a user's YAML: quantities, stitch values, switches."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from app.units import Dimension, allowed, parse
-from knitlab_core.errors import UnitError
+from knitlab_core.errors import SpecificationError, UnitError
+from rigs.targets import ForceRate, Rate, StrainRate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +44,38 @@ def _measure(value: object) -> Measure:
         raise refuse("a number of loop widths, or a length with its unit, such as 0.4 mm") from error
 
 
+_RATES: Final[tuple[tuple[Dimension, Callable[[float], Rate]], ...]] = (
+    ("speed", float),
+    ("strain rate", lambda value: StrainRate(value=value)),
+    ("force rate", lambda value: ForceRate(value=value)),
+)
+RATE: Final = "a speed, a strain rate or a force rate with its unit, such as 0.2 mm/s, 1e-3 1/s or 0.1 N/s"
+
+
+def _rate(value: object) -> Rate:
+    """Return a rate of the kind that its unit says."""
+    for dimension, make in _RATES:
+        try:
+            number = parse(value, dimension)
+        except UnitError:
+            continue
+        try:
+            return make(number)
+        except SpecificationError as error:
+            raise refuse(str(error.expected)) from error
+    raise refuse(RATE)
+
+
+LEVEL: Final = "a strain, or with its unit a displacement or a force, as control says, such as 0.4, 8 mm or 0.2 N"
+
+
+def _level(value: object) -> object:
+    """Return a level as it stands; what it measures is for `control` to say."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise refuse(LEVEL)
+    return value
+
+
 def _switch(value: object) -> object:
     """Return on and off as truth values."""
     return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
@@ -63,6 +97,12 @@ Strain = Annotated[
     float,
     BeforeValidator(partial(_quantity, "strain")),
     WithJsonSchema({"type": ["number", "string"], "description": allowed("strain")}),
+]
+AnyRate = Annotated[Rate, PlainValidator(_rate), WithJsonSchema({"type": "string", "description": RATE})]
+Level = Annotated[
+    float | str,
+    PlainValidator(_level),
+    WithJsonSchema({"type": ["number", "string"], "description": LEVEL}),
 ]
 StitchValue = Annotated[Measure, PlainValidator(_measure), WithJsonSchema({"type": ["number", "string"]})]
 Switch = Annotated[bool, BeforeValidator(_switch), WithJsonSchema({"enum": ["on", "off", True, False]})]

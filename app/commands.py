@@ -1,0 +1,74 @@
+"""Hold the commands that take several runs, or one that is over; `app.cli` gives them their names."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.terminal import AsJson, ProtocolPath, complain
+
+
+def sweep(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the sweep.", show_default="runs/ and its name", file_okay=False)
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 1,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run every point of a protocol with `sweep:`, each into a folder named by its values, such as pre=0.1.
+
+    Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up.
+    """
+    from app.sweeps import run_sweep  # noqa: PLC0415
+    from app.tables import Bar, print_json, print_sweep, sweep_data  # noqa: PLC0415
+    from app.usecases import RUNS  # noqa: PLC0415
+
+    with Bar(hidden=quiet) as bar:
+        result = run_sweep(protocol, RUNS / protocol.stem if out is None else out, bar.show, jobs=jobs)
+    if as_json:
+        print_json(sweep_data(result))
+    else:
+        print_sweep(result)
+    for one in result.points:
+        if one.outcome != "target":
+            complain(f"{protocol}: {one.point.label}: {one.outcome}: {one.message}")
+
+
+def analyse(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, or run.h5 file.")], *, as_json: AsJson = False
+) -> None:
+    """Print how the steps of a run ended, and its figures: stresses, secant moduli and loop areas of every cycle."""
+    from dataclasses import asdict  # noqa: PLC0415
+
+    from app.compare import read_run  # noqa: PLC0415
+    from app.figures import figures_of  # noqa: PLC0415
+    from app.tables import figures_data, print_figures, print_json, print_steps  # noqa: PLC0415
+
+    found = read_run(run)
+    figures = figures_of(found)
+    if as_json:
+        steps = [asdict(step) for step in found.steps]
+        print_json({"outcome": found.outcome.end, "steps": steps, "figures": figures_data(figures)})
+    else:
+        print_steps(found.steps)
+        print_figures(figures)
+
+
+def plot(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
+    by_modulus: Annotated[
+        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
+    ] = False,
+) -> None:
+    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
+    from app.compare import compare_runs  # noqa: PLC0415
+
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")

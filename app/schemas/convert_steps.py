@@ -1,0 +1,192 @@
+"""Turn the steps of a file into the domain's, and back into the data of a file."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Final
+
+from app.schemas.locate import at
+from app.schemas.steps import (
+    CycleModel,
+    HoldStep,
+    ImageStep,
+    PreloadModel,
+    RampModel,
+    RepeatStep,
+    StepModel,
+    UntilRuptureModel,
+    ZeroStep,
+)
+from app.units import parse, write
+from knitlab_core.errors import SpecificationError, UnitError
+from rigs.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
+from rigs.targets import ForceRate, StrainRate, Target, Until
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from app.schemas.document import Document, Place
+    from app.schemas.steps import TargetModel, UntilModel
+    from app.units import Dimension
+    from rigs.targets import Control, Rate
+
+_MEASURES: Final[Mapping[Control, Dimension]] = {"strain": "strain", "displacement": "length", "force": "force"}
+
+
+def to_steps(models: Sequence[StepModel], document: Document, place: Place) -> tuple[Step, ...]:
+    """Return the steps that stand at a place of a document, in order.
+
+    Raises
+    ------
+    ProtocolError
+        For a value out of its range.
+    """
+    return tuple(_step(model, document, (*place, number)) for number, model in enumerate(models))
+
+
+def _step(model: StepModel, document: Document, place: Place) -> Step:
+    """Return one step."""
+    name = next(iter(type(model).model_fields))
+    inner = (*place, name)
+    with at(document, inner):
+        match model:
+            case ZeroStep(zero=body):
+                return Zero(channels=tuple(body.channels))
+            case RepeatStep(repeat=body):
+                return Repeat(n=body.n, steps=to_steps(body.steps, document, (*inner, "steps")))
+            case ImageStep(image=body):
+                return Image(every=body.every, tag=body.tag)
+            case HoldStep(hold=held):
+                until = _until(held.until, document, inner)
+                axes = tuple(held.axes or ())
+                return Hold(duration=held.duration, axes=axes, control=held.control, until=until, tag=held.tag)
+            case _:
+                return _drive(getattr(model, name), document, inner)
+
+
+def _drive(
+    body: PreloadModel | RampModel | CycleModel | UntilRuptureModel, document: Document, place: Place
+) -> Preload | Ramp | Cycle | UntilRupture:
+    """Return a step that drives axes."""
+    common: dict[str, Any] = {
+        "axes": tuple(body.axes),
+        "rate": body.rate,
+        "control": body.control,
+        "until": _until(body.until, document, place),
+        "tag": body.tag,
+    }
+    match body:
+        case PreloadModel():
+            return Preload(force=body.force, **common)
+        case RampModel():
+            return Ramp(to=_target(body.to, document, place), **common)
+        case CycleModel():
+            return Cycle(lower=_level(body, "lower"), upper=_level(body, "upper"), n=body.n, **common)
+        case UntilRuptureModel():
+            to = None if body.to is None else _target(body.to, document, place)
+            return UntilRupture(drop=body.drop, to=to, **common)
+
+
+def _target(model: TargetModel, document: Document, place: Place) -> Target:
+    """Return the one target that is given."""
+    with at(document, (*place, "to")):
+        if model.strain is not None:
+            return Target(kind="strain", value=model.strain)
+        if model.displacement is not None:
+            return Target(kind="displacement", value=model.displacement)
+        return Target(kind="force", value=0.0 if model.force is None else model.force)
+
+
+def _until(model: UntilModel | None, document: Document, place: Place) -> Until | None:
+    """Return what ends a step early."""
+    if model is None:
+        return None
+    with at(document, (*place, "until")):
+        return Until(**{one.name: getattr(model, one.name) for one in fields(Until)})
+
+
+def _level(body: CycleModel, name: str) -> float:
+    """Return an end of a cycle, in what its `control` measures."""
+    value = getattr(body, name)
+    try:
+        return parse(value, _MEASURES[body.control], name)
+    except UnitError as error:
+        expected = f"{error.expected}, for {body.control} is controlled"
+        raise SpecificationError(name, repr(value), expected) from error
+
+
+def written_step(step: Step) -> dict[str, Any]:
+    """Return one step as the data of a file."""
+    match step:
+        case Zero():
+            body: dict[str, Any] = {"channels": list(step.channels)}
+        case Repeat():
+            body = {"n": step.n, "steps": [written_step(inner) for inner in step.steps]}
+        case Image():
+            every = step.every if step.every is None or step.every == "off" else _time(step.every)
+            body = _given(every=every, tag=step.tag)
+        case _:
+            body = {
+                **_given(axes=list(step.axes) or None, **_own(step)),
+                **_given(control=step.control, until=_written_until(step.until), tag=step.tag),
+            }
+    return {step_name(step): body}
+
+
+def _own(step: Preload | Ramp | Hold | Cycle | UntilRupture) -> dict[str, Any]:
+    """Return the fields that a step has for itself."""
+    match step:
+        case Hold():
+            return {"for": _time(step.duration)}
+        case Preload():
+            return {"force": write(step.force, "force"), "rate": _rate(step.rate)}
+        case Ramp():
+            return {"to": _written_target(step.to), "rate": _rate(step.rate)}
+        case UntilRupture():
+            return {"to": _written_target(step.to), "rate": _rate(step.rate), "drop": step.drop}
+        case Cycle():
+            ends = {name: _written(step.control, getattr(step, name)) for name in ("lower", "upper")}
+            return {**ends, "rate": _rate(step.rate), "n": step.n}
+
+
+def _given(**values: object) -> dict[str, Any]:
+    """Return the fields that have a value."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _written(kind: Control, value: float) -> float | str:
+    """Return a level as a file writes it."""
+    return value if kind == "strain" else write(value, _MEASURES[kind])
+
+
+def _written_target(to: Target | None) -> dict[str, float | str] | None:
+    """Return a target as the data of a file."""
+    return None if to is None else {to.kind: _written(to.kind, to.value)}
+
+
+def _written_until(until: Until | None) -> dict[str, Any] | None:
+    """Return what ends a step as the data of a file."""
+    if until is None:
+        return None
+    return _given(
+        force=None if until.force is None else write(until.force, "force"),
+        strain=until.strain,
+        displacement=None if until.displacement is None else write(until.displacement, "length"),
+        time=None if until.time is None else _time(until.time),
+        drop=until.drop,
+    )
+
+
+def _rate(rate: Rate) -> str:
+    """Return a rate as a file writes it."""
+    match rate:
+        case StrainRate():
+            return write(rate.value, "strain rate")
+        case ForceRate():
+            return write(rate.value, "force rate")
+        case _:
+            return write(rate, "speed")
+
+
+def _time(time: float) -> str:
+    return write(time, "time")

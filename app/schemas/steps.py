@@ -1,0 +1,215 @@
+"""Describe the steps of a protocol in its YAML: a union told apart by the one key of each."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from app.schemas.base import BRANCH, Model
+from app.schemas.values import LEVEL, RATE, AnyRate, Force, Length, Level, Strain, Time, refuse
+from app.units import allowed
+from rigs.steps import RUPTURE_DROP, Axis, Channel, Control
+
+_AXES: Final = "a list of axes, such as [C, W]"
+_COUNT: Final = "a whole number from 1"
+_DROP: Final = "a share of the peak, such as 60 %"
+_CONTROL: Final = "strain, displacement or force: what follows its course at the rate"
+_UNTIL: Final = "a mapping of what ends the step early, such as {force: 2 N}, {time: 20 s} or {drop: 60 %}"
+_TAG: Final = Field(default=None, description="a short text")
+
+
+class ZeroModel(Model):
+    """Tare channels."""
+
+    channels: list[Channel] = Field(description="a list of channels, such as [force, displacement]")
+
+
+class UntilModel(Model):
+    """Say what ends a step before its target; what is met first does."""
+
+    force: Force | None = Field(default=None, description=allowed("force"))
+    strain: Strain | None = Field(default=None, description=allowed("strain"))
+    displacement: Length | None = Field(default=None, description=allowed("length"))
+    time: Time | None = Field(default=None, description=allowed("time"))
+    drop: Strain | None = Field(default=None, description=_DROP)
+
+
+class TargetModel(Model):
+    """Say where axes go: one of a strain, a displacement and a force."""
+
+    strain: Strain | None = Field(default=None, description=allowed("strain"))
+    displacement: Length | None = Field(default=None, description=allowed("length"))
+    force: Force | None = Field(default=None, description=allowed("force"))
+
+    @model_validator(mode="after")
+    def one_of_them(self) -> "TargetModel":
+        """Refuse none and several."""
+        if sum(one is not None for one in (self.strain, self.displacement, self.force)) != 1:
+            raise refuse("one of strain, displacement and force, such as {strain: 0.4}")
+        return self
+
+
+class PreloadModel(Model):
+    """Load axes until they carry a force."""
+
+    axes: list[Axis] = Field(description=_AXES)
+    force: Force = Field(description=allowed("force"))
+    rate: AnyRate = Field(description=RATE)
+    control: Control | None = Field(default=None, description=_CONTROL)
+    until: UntilModel | None = Field(default=None, description=_UNTIL)
+    tag: str | None = _TAG
+
+
+class RampModel(Model):
+    """Drive axes to a target."""
+
+    axes: list[Axis] = Field(description=_AXES)
+    to: TargetModel = Field(description="a target, such as {strain: 0.4}, {displacement: 10 mm} or {force: 2 N}")
+    rate: AnyRate = Field(description=RATE)
+    control: Control | None = Field(default=None, description=_CONTROL)
+    until: UntilModel | None = Field(default=None, description=_UNTIL)
+    tag: str | None = _TAG
+
+
+class HoldModel(Model):
+    """Stand still, or keep forces."""
+
+    duration: Time = Field(alias="for", description=allowed("time"))
+    axes: list[Axis] | None = Field(default=None, description=_AXES)
+    control: Control | None = Field(default=None, description=_CONTROL)
+    until: UntilModel | None = Field(default=None, description=_UNTIL)
+    tag: str | None = _TAG
+
+
+class CycleModel(Model):
+    """Drive axes to and fro."""
+
+    axes: list[Axis] = Field(description=_AXES)
+    lower: Level = Field(description=LEVEL)
+    upper: Level = Field(description=LEVEL)
+    rate: AnyRate = Field(description=RATE)
+    n: int = Field(description=_COUNT)
+    control: Control = Field(default="strain", description=_CONTROL)
+    until: UntilModel | None = Field(default=None, description=_UNTIL)
+    tag: str | None = _TAG
+
+
+class UntilRuptureModel(Model):
+    """Drive axes on until the force drops or the specimen tears."""
+
+    axes: list[Axis] = Field(description=_AXES)
+    rate: AnyRate = Field(description=RATE)
+    drop: Strain = Field(default=RUPTURE_DROP, description=_DROP)
+    to: TargetModel | None = Field(default=None, description="a ceiling, such as {strain: 1.2}")
+    control: Control | None = Field(default=None, description="strain or displacement")
+    until: UntilModel | None = Field(default=None, description=_UNTIL)
+    tag: str | None = _TAG
+
+
+def _every(value: object) -> object:
+    """Return the word that ends a schedule, whichever way a file writes it."""
+    return "off" if value is False else value
+
+
+class ImageModel(Model):
+    """Take pictures."""
+
+    every: Annotated[Time | Literal["off"], BeforeValidator(_every)] | None = Field(
+        default=None, description="a time between pictures, such as 20 s, or off"
+    )
+    tag: str | None = _TAG
+
+
+class ZeroStep(Model):
+    """Be the step `zero`."""
+
+    zero: ZeroModel
+
+
+class PreloadStep(Model):
+    """Be the step `preload`."""
+
+    preload: PreloadModel
+
+
+class RampStep(Model):
+    """Be the step `ramp`."""
+
+    ramp: RampModel
+
+
+class HoldStep(Model):
+    """Be the step `hold`."""
+
+    hold: HoldModel
+
+
+class CycleStep(Model):
+    """Be the step `cycle`."""
+
+    cycle: CycleModel
+
+
+class RepeatStep(Model):
+    """Be the step `repeat`."""
+
+    repeat: "RepeatModel"
+
+
+class UntilRuptureStep(Model):
+    """Be the step `until_rupture`."""
+
+    until_rupture: UntilRuptureModel
+
+
+class ImageStep(Model):
+    """Be the step `image`."""
+
+    image: ImageModel
+
+
+def _step_branch(value: Any) -> str | None:  # noqa: ANN401 (whatever a file holds)
+    """Return the branch of a step: its one key."""
+    if isinstance(value, dict) and len(value) == 1:
+        return f"{BRANCH}{next(iter(value))}"
+    return None
+
+
+StepModel = Annotated[
+    Annotated[ZeroStep, Tag(f"{BRANCH}zero")]
+    | Annotated[PreloadStep, Tag(f"{BRANCH}preload")]
+    | Annotated[RampStep, Tag(f"{BRANCH}ramp")]
+    | Annotated[HoldStep, Tag(f"{BRANCH}hold")]
+    | Annotated[CycleStep, Tag(f"{BRANCH}cycle")]
+    | Annotated[RepeatStep, Tag(f"{BRANCH}repeat")]
+    | Annotated[UntilRuptureStep, Tag(f"{BRANCH}until_rupture")]
+    | Annotated[ImageStep, Tag(f"{BRANCH}image")],
+    Discriminator(_step_branch),
+]
+
+
+class RepeatModel(Model):
+    """Do steps over."""
+
+    n: int = Field(description=_COUNT)
+    steps: list[StepModel] = Field(description="a list of steps")
+
+
+STEP_MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
+    {
+        "to": TargetModel,
+        "until": UntilModel,
+        "zero": ZeroModel,
+        "preload": PreloadModel,
+        "ramp": RampModel,
+        "hold": HoldModel,
+        "cycle": CycleModel,
+        "repeat": RepeatModel,
+        "until_rupture": UntilRuptureModel,
+        "image": ImageModel,
+    }
+)
+"""The model of a mapping in a step, by the key it stands under: what errors say of missing and unknown fields."""
+
+STEPS: Final = ("zero", "preload", "ramp", "hold", "cycle", "repeat", "until_rupture", "image")

@@ -1,0 +1,203 @@
+"""Run every point of a sweep into a folder of its own, and put what came of them into one table and one plot."""
+
+from __future__ import annotations
+
+import csv
+import io
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import TYPE_CHECKING, Final
+
+from app.figures import figures_of
+from app.report import NAMES, WAYS, curves_of, finish, stress_label
+from app.run_folder import write_whole
+from app.run_reader import RunReader
+from app.schemas import load_sweep
+from app.usecases import has_ended, resume_run, run_protocol
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from app.figures import Figure
+    from app.schemas import Loaded
+    from app.schemas.sweep import Point
+    from rigs.record import End
+
+MOST_JOBS: Final = 64
+
+MOST_LABELS: Final = 12
+"""Points that the legend of the plot names."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointResult:
+    """Say how a point of a sweep ended.
+
+    Attributes
+    ----------
+    point : Point
+        Its values and label.
+    folder : Path
+        Its run folder.
+    outcome : End
+        How it ended.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    figures : tuple of (name, value, unit)
+        What it came to.
+    skipped : bool
+        Whether it had been run before.
+    """
+
+    point: Point
+    folder: Path
+    outcome: End
+    message: str
+    figures: tuple[Figure, ...]
+    skipped: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepResult:
+    """Hold the points of a sweep in order, and the files that sum them up."""
+
+    points: tuple[PointResult, ...]
+    table: Path
+    plot: Path
+
+
+def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, jobs: int = 1) -> SweepResult:
+    """Run all points of a sweep that are not done yet.
+
+    Parameters
+    ----------
+    path : Path
+        The protocol file.
+    out : Path
+        Folder of the sweep; each point gets one in it, named by its values.
+    progress : callable
+        Told the share done [1] and what is being done.
+    jobs : int
+        Processes that run at once.
+
+    Returns
+    -------
+    SweepResult
+        Every point, those done before too.
+
+    Raises
+    ------
+    SpecificationError
+        For whatever is wrong with the protocol, or if a point's folder holds another test.
+    """
+    if not 1 <= jobs <= MOST_JOBS:
+        raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
+    swept = load_sweep(path)
+    out.mkdir(parents=True, exist_ok=True)
+    done = {point.label: is_done(out / point.label, loaded) for point, loaded in swept}
+    todo = [point for point, _ in swept if not done[point.label]]
+    count = len(swept) - len(todo)
+    progress(count / len(swept), f"{count} of {len(swept)} points done before")
+    for point in _run_all(path, out, todo, progress if jobs == 1 else _quiet, jobs):
+        count += 1
+        progress(count / len(swept), f"{point.label} done")
+    points = tuple(_result(point, out / point.label, skipped=done[point.label]) for point, _ in swept)
+    table = write_whole(out / "sweep.csv", [_table(points).encode()])
+    return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"))
+
+
+def is_done(folder: Path, loaded: Loaded) -> bool:
+    """Tell whether a folder holds the whole run of a point.
+
+    Raises
+    ------
+    SpecificationError
+        If it holds another test.
+    """
+    record = folder / "run.h5"
+    if not record.exists():
+        return False
+    run = RunReader(record)
+    if run.protocol != loaded.text:
+        raise SpecificationError(str(folder), "the run of another protocol", "this sweep's own, or an empty folder")
+    return has_ended(folder) is not None
+
+
+def _run_all(
+    path: Path, out: Path, todo: Sequence[Point], progress: Callable[[float, str], None], jobs: int
+) -> Iterator[Point]:
+    """Run points, and yield each as it is done."""
+    if jobs == 1:
+        for point in todo:
+            _run_one(path, out / point.label, point, progress)
+            yield point
+        return
+    with ProcessPoolExecutor(max_workers=jobs, mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(_run_one, path, out / point.label, point, _quiet): point for point in todo}
+        for one in as_completed(running):
+            one.result()
+            yield running[one]
+
+
+def _run_one(path: Path, folder: Path, point: Point, progress: Callable[[float, str], None]) -> None:
+    """Run one point into its folder, or go on with it where it was cut off."""
+    if (folder / "run.h5").exists():
+        resume_run(folder, progress)
+    else:
+        run_protocol(path, folder, progress, exact=True, chosen=point.values)
+
+
+def _quiet(_share: float, _text: str) -> None:
+    """Say nothing."""
+
+
+def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
+    """Return what a point came to, from its record."""
+    run = RunReader(folder / "run.h5")
+    end, message = run.outcome.end, run.outcome.message
+    return PointResult(
+        point=point, folder=folder, outcome=end, message=message, figures=figures_of(run), skipped=skipped
+    )
+
+
+def _table(points: Sequence[PointResult]) -> str:
+    """Return a table of all points as CSV: values, how each ended, every figure that any has."""
+    names = list(dict.fromkeys(f"{name} [{unit}]" for point in points for name, _, unit in point.figures))
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(["point", *points[0].point.values, "outcome", "message", *names])
+    for one in points:
+        values = {f"{name} [{unit}]": value for name, value, unit in one.figures}
+        figures = [values.get(name, "") for name in names]
+        writer.writerow([one.point.label, *one.point.values.values(), one.outcome, one.message, *figures])
+    return text.getvalue()
+
+
+def _plot(points: Sequence[PointResult], path: Path) -> Path:
+    """Plot stress over strain of all points that have rows, one panel an axis, from light to dark."""
+    from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    runs = [(one, RunReader(one.folder / "run.h5")) for one in points]
+    runs = [(one, run) for one, run in runs if len(run.trace)]
+    axes = tuple(dict.fromkeys(axis for _, run in runs for axis in run.trace.axes))
+    figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")
+    panels = figure.subplots(1, max(len(axes), 1), squeeze=False)[0]
+    for number, (one, run) in enumerate(runs):
+        colour = colormaps["viridis"](0.9 * number / max(len(runs) - 1, 1))
+        for curve in curves_of(run):
+            label: str | None = one.point.label if number < MOST_LABELS else None
+            for _, style, rows in curve.branches():
+                panel = panels[axes.index(curve.axis)]
+                strain, stress = 100.0 * curve.strain[rows], 1e-3 * curve.stress[rows]
+                panel.plot(strain, stress, style, color=colour, lw=1.6, label=label)
+                label = None
+    for axis, panel in zip(axes, panels, strict=False):
+        panel.set_title(f"{NAMES[axis]}: {WAYS[0][2]} full, {WAYS[1][2]} dashed", fontsize=12, loc="left")
+        panel.set_xlabel("effective strain [%]", fontsize=12)
+        panel.set_ylabel(stress_label(runs[0][1].size), fontsize=12)
+        panel.legend(frameon=False, fontsize=10, loc="upper left")
+    return finish(figure, list(panels), path)

@@ -1,0 +1,239 @@
+"""Find how far the fixtures of all axes must travel so that each does what the controller asks of it.
+
+Between the crosshead that the machine moves and the fixture that holds the specimen lies the machine itself: it gives
+way by its compliance, and a gripper closes a gap before it takes hold. So the travel u of a fixture is not known but
+found, from the last accepted equilibrium on, where
+
+    u + C F(u) (+ gap) = d      for a crosshead at d,
+    F(u) = f                    for a force f, which may be zero.
+
+Every trial goes from that equilibrium anew, so that friction remembers one way alone. A force is met to
+`FORCE_TOLERANCE` of itself, a place to `PLACE_TOLERANCE` of what the machine gives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from knitlab_core.errors import ConvergenceError
+from rigs.rig import read
+from rigs.roots import find_root
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigs.bench import Bench
+    from rigs.record import FloatArray
+    from rigs.rig import Train
+    from rigs.roots import Function
+    from rigs.targets import Axis
+    from rigs.way import Step
+
+FORCE_TOLERANCE: Final = 5e-4
+"""A force is met within this share of itself; a force of nought within as much of the largest on the rig."""
+
+PLACE_TOLERANCE: Final = 1e-3
+"""A crosshead is met within this share of what the machine gives way."""
+
+FINEST_DIGIT: Final = 1e-2
+"""No force is met more finely than this share of the smallest digit of its load cell."""
+
+REACH: Final = 2.0
+"""How far an axis may travel from row to row to meet what is asked, in largest strain increments."""
+
+PROBE: Final = 0.05
+"""First guess of a slope: from a travel of this share of that reach."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """Ask something of an axis: a place of its crosshead [m], a force [N], or the strain of another axis.
+
+    Attributes
+    ----------
+    place, force : float or None
+        What is asked for; a force is the true one.
+    leader : Axis or None
+        Whose strain is made.
+    lead : float
+        Displacement of the leader where its strain counts as none [m]; `place` is that of the axis itself.
+    """
+
+    place: float | None = None
+    force: float | None = None
+    leader: Axis | None = None
+    lead: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Settled:
+    """Hold the equilibrium at which every axis obeys.
+
+    Attributes
+    ----------
+    step : Step
+        It, with the cost of the whole search.
+    crosshead : Mapping
+        Where the crossheads stand [m].
+    met : bool
+        Whether the orders are met; if not, an axis went as far as it may from row to row.
+    slope : FloatArray, shape (n, n)
+        What the search knows of the derivatives, for the next one.
+    """
+
+    step: Step
+    crosshead: Mapping[Axis, float]
+    met: bool
+    slope: FloatArray
+
+
+def needs_search(orders: Mapping[Axis, Order], trains: Mapping[Axis, Train]) -> tuple[Axis, ...]:
+    """Return the axes whose travel is not the place that was ordered."""
+    return tuple(
+        axis for axis, order in orders.items() if order.place is None or order.leader or not trains[axis].rigid
+    )
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Search:
+    """Search for the travels that obey orders, from where a bench stands.
+
+    Attributes
+    ----------
+    bench : Bench
+        The bench.
+    orders : Mapping
+        What is asked of each axis.
+    increment : float
+        Largest strain between two equilibria on a trial's way [1].
+    duration : float
+        Time that the way takes [s].
+    cost : dict of str to float
+        What was spent on all trials.
+    tried : Step or None
+        The last trial.
+    failure : ConvergenceError or None
+        The last trial that came to nothing.
+    """
+
+    bench: Bench
+    orders: Mapping[Axis, Order]
+    increment: float
+    duration: float
+    cost: dict[str, float] = field(default_factory=lambda: {"iterations": 0, "factorisations": 0, "seconds": 0.0})
+    tried: Step | None = None
+    failure: ConvergenceError | None = None
+
+    def settle(self, start: Mapping[Axis, float], slope: FloatArray | None) -> Settled:
+        """Return the equilibrium at which every axis obeys, or as near to it as one row may go.
+
+        Parameters
+        ----------
+        start : Mapping
+            Travel of each axis to try first [m].
+        slope : FloatArray or None, shape (n, n)
+            What an earlier search knew of the derivatives.
+
+        Raises
+        ------
+        ConvergenceError
+            If no such equilibrium is found.
+        """
+        bench, rig = self.bench, self.bench.rig
+        unknown = needs_search(self.orders, rig.trains)
+        if not unknown:
+            step = self._go({axis: order.place or 0.0 for axis, order in self.orders.items()})
+            return Settled(step=step, crosshead=step.displacement, met=True, slope=np.zeros((0, 0)))
+        here = np.array([bench.displacement[axis] for axis in unknown])
+        reach = np.array([REACH * self.increment * rig.gauges[axis] for axis in unknown])
+        first = np.array([start[axis] for axis in unknown])
+
+        def values(travel: FloatArray) -> FloatArray | None:
+            known = {axis: order.place or 0.0 for axis, order in self.orders.items() if axis not in unknown}
+            try:
+                step = self._go({**known, **dict(zip(unknown, travel.tolist(), strict=True))})
+            except ConvergenceError as error:
+                self.failure = error
+                return None
+            # A break that ends the test ends the search.
+            return np.zeros(len(unknown)) if step.final else self._misses(step, unknown)
+
+        guess = _probed(values, here, PROBE * reach) if slope is None else slope
+        root = None if guess is None else find_root(values, first, guess, np.stack([here - reach, here + reach]))
+        if root is None or self.tried is None:
+            raise self.failure or ConvergenceError("no travel of the axes meets what is asked of them")
+        step = replace(
+            self.tried,
+            iterations=int(self.cost["iterations"]),
+            factorisations=int(self.cost["factorisations"]),
+            seconds=self.cost["seconds"],
+        )
+        return Settled(step=step, crosshead=self.crosshead(step), met=root.met, slope=root.slope)
+
+    def crosshead(self, step: Step) -> dict[Axis, float]:
+        """Return where the crossheads stand at an equilibrium [m]."""
+        return crosshead(self.bench.rig.trains, self.orders, step.displacement, read(step.rig, step.state).force)
+
+    def _go(self, travel: Mapping[Axis, float]) -> Step:
+        """Return the equilibrium at some travels."""
+        step = self.bench.reach(travel, duration=self.duration, increment=self.increment)
+        for name in self.cost:
+            self.cost[name] += getattr(step, name)
+        self.tried = step
+        return step
+
+    def _misses(self, step: Step, unknown: Sequence[Axis]) -> FloatArray:
+        """Return by how much each order is missed, in its tolerance."""
+        rig, force = self.bench.rig, read(step.rig, step.state).force
+        stands = self.crosshead(step)
+        largest = max(abs(one) for one in force.values())
+        missed = []
+        for axis in unknown:
+            order, train = self.orders[axis], rig.trains[axis]
+            finest = FINEST_DIGIT * train.digit
+            if order.force is not None:
+                bar = FORCE_TOLERANCE * (abs(order.force) or largest) + finest
+                missed.append((force[axis] - order.force) / bar)
+            elif order.leader is not None:
+                strain = (stands[order.leader] - order.lead) / rig.gauges[order.leader]
+                missed.append(((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6)
+            else:
+                bar = PLACE_TOLERANCE * train.compliance * abs(force[axis]) + 1e-9 * rig.gauges[axis]
+                beyond = train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)
+                open_ = force[axis] / (FORCE_TOLERANCE * largest + finest)
+                missed.append(min(beyond / bar, open_) if train.gap > 0.0 else beyond / bar)
+        return np.array(missed)
+
+
+def crosshead(
+    trains: Mapping[Axis, Train],
+    orders: Mapping[Axis, Order],
+    travel: Mapping[Axis, float],
+    force: Mapping[Axis, float],
+) -> dict[Axis, float]:
+    """Return where the crossheads stand [m] with the fixtures at some travels [m] under some forces [N]."""
+    stands = {}
+    for axis, order in orders.items():
+        train = trains[axis]
+        holds = train.beyond(travel[axis], force[axis])
+        # A gripper that has not closed its gap stands where it was sent.
+        waits = train.gap > 0.0 and order.place is not None and order.leader is None
+        stands[axis] = min(holds, order.place) if waits and order.place is not None else holds
+    return stands
+
+
+def _probed(values: Function, here: FloatArray, way: FloatArray) -> FloatArray | None:
+    """Return the derivatives (n, n) as short ways from where the axes stand show them; None where there is nothing."""
+    base = values(here)
+    slope = np.zeros((len(here), len(here)))
+    for number, part in enumerate(way):
+        moved = None if base is None else values(here + part * np.eye(len(here))[number])
+        if base is None or moved is None:
+            return None
+        slope[:, number] = (moved - base) / part
+        # Nothing pulls yet: as soft as can be, but not the other way round.
+        slope[number, number] = max(slope[number, number], 1e-3 / part)
+    return slope
