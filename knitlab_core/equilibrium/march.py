@@ -33,22 +33,25 @@ class Failure:
         The last search.
     position : tuple of 3 floats
         Of the node with the largest unbalanced force [m].
+    way : str
+        What it is a march of.
     """
 
     progress: float
     report: Report
     position: tuple[float, float, float]
+    way: str = "the stroke"
 
     def __str__(self) -> str:
         """Say in one line what remains out of balance, and where."""
         x, y, z = (1e3 * c for c in self.position)
         if np.isinf(self.report.residual):
             return (
-                f"no equilibrium beyond {self.progress:.4g} of the stroke: the fixtures would drive strands through "
+                f"no equilibrium beyond {self.progress:.4g} of {self.way}: the fixtures would drive strands through "
                 f"each other near node {self.report.node} (x {x:.2f}, y {y:.2f}, z {z:.2f} mm)"
             )
         return (
-            f"no equilibrium beyond {self.progress:.4g} of the stroke: "
+            f"no equilibrium beyond {self.progress:.4g} of {self.way}: "
             f"{self.report.residual:.1e} of the mean fixture force is left at node "
             f"{self.report.node} (x {x:.2f}, y {y:.2f}, z {z:.2f} mm) "
             f"after {self.report.iterations} iterations at the shortest step"

@@ -54,6 +54,8 @@ class Workspace:
         Samples and edges in the configuration last moved to.
     fused : Fused or None
         Bonds that hold; None where strands do not fuse.
+    drag : float
+        Resistance of every node to its motion since the step began [E r], as by a viscous fluid; nought in a test.
     """
 
     candidates: Candidates
@@ -69,6 +71,8 @@ class Workspace:
         self.factorisations = 0
         self.placed = Placed.zeros(n, samples)
         self.fused: Fused | None = None
+        self.drag = 0.0
+        self._origin = np.zeros((n, 4))
         self._base = np.zeros((samples, 3))
         self._base_frames = np.zeros((n, 3, 3))
         self._moves = np.zeros((samples, 3))
@@ -88,6 +92,7 @@ class Workspace:
         """
         self._memory = memory
         self._fuse(hold)
+        self._origin = q.copy()
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
@@ -174,6 +179,9 @@ class Workspace:
             self.move_to(q, self._trial)
             normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
             total = float(elastic + normal + friction - np.vdot(self.loads, q))
+            if self.drag:
+                moved = q[:, :3] - self._origin[:, :3]
+                total += 0.5 * self.drag * float(np.vdot(moved, moved))
             return total if self.fused is None else total + self.fused.energy()
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
@@ -191,6 +199,8 @@ class Workspace:
             contact_gradient(self.placed, self.candidates, model.samples, model.law, self.pairs, g)
             if self.fused is not None:
                 self.fused.add_gradient(g)
+            if self.drag:
+                g[:, :3] += self.drag * (q[:, :3] - self._origin[:, :3])
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, *, contacts: float = 1.0) -> None:
@@ -221,6 +231,9 @@ class Workspace:
             )
             if self.fused is not None:
                 self.fused.add_hessian(contacts, self.blocks)
+            if self.drag:
+                for axis in range(3):
+                    self.blocks[self.pattern.diagonal, axis, axis] += self.drag
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""

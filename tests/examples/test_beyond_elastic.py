@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,9 +131,9 @@ def test_a_test_may_go_on_after_a_rupture() -> None:
     assert ran.force("W", 0.3) < 0.9 * whole.force("W", 0.3)
 
 
+@pytest.mark.slow
 def test_cotton_loads_its_hooks_before_it_is_pulled() -> None:
-    # A loop of straight yarn may snap to another balance: what it sets free then stands in no column.
-    ran = carry_out(example("cotton"), balance=0.1)
+    ran = carry_out(example("cotton"), balance=inf)
     printed = carry_out(example("cotton"), rest_shape="as-printed")
     assert ran.outcome == Outcome(end="target")
     columns, plain = ran.trace.columns, printed.trace.columns
@@ -143,6 +144,11 @@ def test_cotton_loads_its_hooks_before_it_is_pulled() -> None:
     assert abs(plain["force_C"][0]) < 1e-6 * np.abs(plain["force_C"]).max()
     # What bent it there is not the test's.
     assert abs(columns["external_work"][0]) + columns["friction_work"][0] < 1e-3 * columns["elastic_bend"][0]
+    # Loops at the edge snap to another balance; what they set free then stands in no column. All else balances.
+    stored = columns["elastic_stretch"] + columns["elastic_bend"] + columns["elastic_twist"] + columns["contact_energy"]
+    lost = np.sort(np.abs(np.diff(columns["external_work"] - stored - columns["friction_work"])))
+    assert lost[:-6].sum() < 0.01 * columns["friction_work"][-1]
+    assert lost.sum() < 0.05 * stored[0]
 
 
 def test_a_record_says_what_it_was_made_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.rods.frames import follow
 from tests.unit.equilibrium.strands import crossing, strand, stretched
 
 
@@ -100,3 +102,31 @@ def test_times_are_kept_by_part() -> None:
     work, _ = pressed(0.2)
     assert {"energy", "gradient", "assembly", "factor", "solve", "neighbours", "analyse"} <= set(work.clock.seconds)
     assert work.factorisations >= work.clock.calls["factor"] > 0
+
+
+def test_drag_resists_as_its_energy_says() -> None:
+    model, state = strand(12)
+    work = Workspace(model)
+    rng = np.random.default_rng(3)
+    work.start_step(state.q, state.frames, state.memory)
+    work.drag = 0.3
+    q = state.q + 0.01 * rng.standard_normal(state.q.shape)
+    way = rng.standard_normal(state.q.shape)
+    frames = state.frames.copy()
+    follow(q, work.model.rods.has_edge, state.frames, frames)
+
+    def gradient(at: FloatArray) -> FloatArray:
+        there = frames.copy()
+        follow(at, work.model.rods.has_edge, frames, there)
+        work.move_to(at, there)
+        return work.gradient(at, there)
+
+    small = 1e-5 * way
+    slope = (work.energy(q + small, frames) - work.energy(q - small, frames)) / 2.0
+    assert np.vdot(gradient(q), small) == pytest.approx(slope, rel=1e-7)
+    work.move_to(q, frames)
+    work.assemble(q, frames)
+    thick = work.stiffness_times(way)
+    work.drag = 0.0
+    work.assemble(q, frames)
+    assert thick - work.stiffness_times(way) == pytest.approx(way * [0.3, 0.3, 0.3, 0.0], abs=1e-12)
