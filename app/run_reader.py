@@ -8,15 +8,16 @@ import h5py
 import numpy as np
 
 from app.runs import LAYOUT, RUNNING
+from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
-from rigs.record import ENDS, PHASES, Frame, Outcome, SpecimenSize, Trace
+from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.record import FloatArray
+    from rigs.record import FloatArray, Frame
 
 
 class RunReader:
@@ -81,19 +82,7 @@ class RunReader:
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""
         with h5py.File(self.path, "r", locking=False) as file:
-            table = file["frames"]
-            columns = {name: table[name][()] for name in table}
-        return tuple(
-            Frame(
-                time=float(columns["time"][k]),
-                nodes=columns["nodes"][k],
-                axial_strain=columns["axial_strain"][k],
-                strain={axis: float(columns[f"strain_{axis}"][k]) for axis in AXES if f"strain_{axis}" in columns},
-                cycle=int(columns["cycle"][k]),
-                phase=PHASES[columns["phase"][k]],
-            )
-            for k in range(_rows(columns))
-        )
+            return read_frames(file, self._tags)
 
     def _read_trace(self, table: h5py.Group) -> Trace:
         raw = {name: column[()] for name, column in table.items()}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self
 import h5py
 import numpy as np
 
+from app.vtkhdf import NO_IMAGE, append_frame, make_frames
 from rigs.record import PHASES, units
 
 if TYPE_CHECKING:
@@ -25,9 +26,10 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
-LAYOUT = 3
+LAYOUT = 4
 RUNNING = "running"
-NO_TAG = -1
+#: The same in the frames.
+NO_TAG = NO_IMAGE
 _TEXT = h5py.string_dtype("utf-8", length=64)
 _END = h5py.string_dtype("utf-8", length=16)
 _MESSAGE = h5py.string_dtype("utf-8", length=1024)
@@ -103,7 +105,7 @@ class RunWriter:
         }
         self._file.attrs.update({**provenance, **facts})
         self._make_equilibria(axes)
-        self._make_frames(axes, sum(strands), sum(strands) - len(strands))
+        make_frames(self._file, axes, strands)
         self._file.create_group("channels")
         for instrument in instruments:
             self._make_channels(instrument)
@@ -119,20 +121,6 @@ class RunWriter:
         for name, unit in units(axes).items():
             _column(table, name, "i8" if name in _WHOLE else "f8", unit)
         _phase_and_tag(table)
-
-    def _make_frames(self, axes: Sequence[Axis], node_count: int, edge_count: int) -> None:
-        table = self._file.create_group("frames")
-        _column(table, "time", "f8", "s")
-        for axis in axes:
-            _column(table, f"strain_{axis}", "f8", "1")
-        _column(table, "cycle", "i8")
-        _column(table, "phase", "i1")
-        for name, tail, unit in (
-            ("nodes", (node_count, 3), "m"),
-            ("axial_strain", (edge_count,), "1"),
-        ):
-            made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
-            made.attrs["units"] = unit
 
     def _make_channels(self, instrument: Instrument) -> None:
         table = self._file["channels"].create_group(instrument.name)
@@ -170,13 +158,7 @@ class RunWriter:
 
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""
-        table = self._file["frames"]
-        for name in ("time", "cycle", "nodes", "axial_strain"):
-            _append(table[name], getattr(frame, name))
-        for axis, strain in frame.strain.items():
-            _append(table[f"strain_{axis}"], strain)
-        _append(table["phase"], PHASES.index(frame.phase))
-        self._file.flush()
+        append_frame(self._file, frame, self._tag(frame.image))
 
     def write_samples(self, samples: Samples) -> None:
         """Write what an instrument logged; once, at the end."""

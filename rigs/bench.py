@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame, Outcome
-from rigs.rig import axial_strain, most_strained, place_of, read
+from rigs.rig import most_strained, place_of, read
+from rigs.shape import axial_strain, bending_strain, contact_force
 from rigs.way import Way, follow
 
 if TYPE_CHECKING:
@@ -139,15 +140,18 @@ class Bench:
         )
         return self.last
 
-    def frame(self) -> Frame:
-        """Return the shape of the knit as it is now."""
+    def frame(self, *, image: str | None = None) -> Frame:
+        """Return the shape of the knit as it is now; one that the microscope takes bears the name of its image."""
         return Frame(
             time=self.time,
             nodes=self.state.q[:, :3] * self.rig.work.model.scales.length,
             axial_strain=axial_strain(self.rig, self.state),
+            bending_strain=bending_strain(self.rig, self.state),
+            contact_force=contact_force(self.rig, self.state),
             strain={axis: self.displacement[axis] / length for axis, length in self.rig.gauges.items()},
             cycle=1 if self.last is None else self.last.cycle,
             phase="Zero" if self.last is None else self.last.phase,
+            image=image,
         )
 
     def outcome(self) -> Outcome | None:

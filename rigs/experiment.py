@@ -37,6 +37,12 @@ Event: TypeAlias = Equilibrium | Frame | Zeroing | Outcome
 FRAME_MARK: Final = 0.2
 """A frame is kept wherever an axis passes a whole multiple of this strain, and where a stroke ends."""
 
+FRAME_SPACING: Final = 0.025
+"""Between these marks, frames are as many equilibria that are there anyway as keep them about this strain apart."""
+
+MOST_FRAMES: Final = 60
+"""Largest number of such frames on a stroke."""
+
 
 def perform(rig: Rig, state: State, protocol: Protocol, *, options: Options | None = None) -> Iterator[Event]:
     """Carry out a protocol on a mounted specimen.
@@ -108,17 +114,22 @@ def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None
 
 def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
     """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
-    begun = bench.time
+    begun, at = bench.time, 0.0
+    # Of the shares of the stroke alone, so that a test that is taken up again keeps the same frames.
+    frames = min(MOST_FRAMES, ceil(bench.strain(stroke.start, stroke.end) / FRAME_SPACING))
     for low, high in pairwise([0.0, *_marks(stroke, bench.rig.gauges), 1.0]):
         goal = between(stroke.start, stroke.end, high)
         way = bench.strain(bench.displacement, goal)
         duration = (high - low) * stroke.duration
         for step in bench.march_to(goal, longest=min(1.0, increment / way), duration=duration):
-            bench.time = begun + (low + (high - low) * step.share) * stroke.duration
+            before, at = at, low + (high - low) * step.share
+            bench.time = begun + at * stroke.duration
             yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
             ended = bench.outcome()
             if ended is not None:
                 return ended
+            if step.share < 1.0 and floor(before * frames) < floor(at * frames):
+                yield bench.frame()
         yield bench.frame()
     return None
 

@@ -105,6 +105,8 @@ def frame(time: float, strain: float, cycle: int, phase: Phase) -> Frame:
         time=time,
         nodes=nodes,
         axial_strain=0.02 * (strain / 0.4) ** 3 * wave - 1e-3 * strain,
+        bending_strain=0.05 * strain * wave,
+        contact_force=1e-3 * strain * np.append(wave, 0.0),
         strain=dict.fromkeys(BOTH, strain),
         cycle=cycle,
         phase=phase,

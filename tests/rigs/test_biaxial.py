@@ -13,7 +13,8 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError
 from rigs.fixtures import COORDINATE, SITES
 from rigs.protocol import Cycle, Zero
-from rigs.rig import axial_strain, place_of, pose, read
+from rigs.rig import place_of, pose, read
+from rigs.shape import axial_strain
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
