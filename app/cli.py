@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE, exit_code
+from app.sem.command import EXAMPLE, SHORT, images
 from knitlab_core.errors import KnitlabError, SolverError
 
 if TYPE_CHECKING:
@@ -161,10 +162,7 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Run a protocol: run.h5, the stage's CSV, plots and pictures, in a run folder.
-
-    Ctrl-C keeps what was recorded.
-    """
+    """Run a protocol: run.h5, the stage's CSV, plots, pictures, in a run folder. Ctrl-C keeps what was recorded."""
     from app.check import dry_run  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
@@ -296,3 +294,6 @@ def schema(
     from app.tables import print_json  # noqa: PLC0415
 
     print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
+
+
+knitlab.command(short_help=SHORT, epilog=EXAMPLE)(images)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 import h5py
 import numpy as np
 
-from app.runs import LAYOUT, RUNNING
+from app.runs import LAYOUT, PLATES, RUNNING
 from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
@@ -17,7 +17,7 @@ from rigs.steps import AXES
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.record import FloatArray, Frame
+    from rigs.record import FloatArray, Frame, IntArray
 
 
 class RunReader:
@@ -38,6 +38,8 @@ class RunReader:
         The YAML of the materials that the protocol brought in a file of its own, verbatim.
     strands : tuple of int
         Nodes of every strand.
+    plates : tuple of IntArray or None
+        Nodes in the lower and in the upper load plate; None where hooks held the specimen.
     provenance : dict of str to object
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
@@ -65,6 +67,7 @@ class RunReader:
                 self.protocol = cast("str", file["protocol"].asstr()[()])
                 self.materials = cast("str", file["materials"].asstr()[()])
                 self.strands = tuple(int(size) for size in file["strands"][()])
+                self.plates = _read_plates(file)
                 self.provenance = dict(file.attrs)
                 self.size = SpecimenSize(
                     extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
@@ -124,6 +127,14 @@ class RunReader:
 def _rows(columns: dict[str, FloatArray]) -> int:
     """Return the rows that every column has: a killed run may lack some of the last one."""
     return min(len(column) for column in columns.values())
+
+
+def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
+    """Return the nodes in the two load plates, or None."""
+    if "plates" not in file:
+        return None
+    lower, upper = (file[f"plates/{name}"][()] for name in PLATES)
+    return lower, upper
 
 
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:

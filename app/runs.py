@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rigs.instruments import Instrument, Samples
-    from rigs.record import Equilibrium, Frame, Outcome, SpecimenSize
+    from rigs.record import Equilibrium, Frame, IntArray, Outcome, SpecimenSize
     from rigs.steps import Axis
 
 #: Rows that one stretch of the file holds; a new one is needed only so often.
@@ -28,6 +28,8 @@ CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"
+#: In the order along the pile.
+PLATES = ("lower", "upper")
 #: The same in the frames.
 NO_TAG = NO_IMAGE
 _TEXT = h5py.string_dtype("utf-8", length=64)
@@ -76,6 +78,8 @@ class RunWriter:
         Versions, seed, rig, material values with their sources.
     materials : str
         The YAML of the materials that the protocol brings in a file of its own, verbatim.
+    plates : tuple of IntArray or None
+        Nodes in the lower and in the upper load plate; None where hooks hold the specimen.
     """
 
     def __init__(
@@ -89,6 +93,7 @@ class RunWriter:
         instruments: Sequence[Instrument],
         provenance: Mapping[str, str | int | float],
         materials: str = "",
+        plates: tuple[IntArray, IntArray] | None = None,
     ) -> None:
         # No lock: the file may be looked into while the run goes on.
         self._file = h5py.File(path, "w", libver="earliest", locking=False)
@@ -96,6 +101,8 @@ class RunWriter:
         self._file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
         self._file.create_dataset("materials", data=materials, dtype=h5py.string_dtype("utf-8"))
         self._file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
+        for name, nodes in zip(PLATES, plates or (), strict=False):
+            self._file.create_dataset(f"plates/{name}", data=nodes)
         self._file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=_TEXT)
         facts = {
             "layout": LAYOUT,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
@@ -152,7 +153,7 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
         axes=protocol.axes,
         strands=rig.strands,
         instruments=rig.instruments,
-        provenance=provenance(protocol, data),
+        provenance=provenance(protocol, data) | {"started": datetime.now().astimezone().isoformat(timespec="seconds")},
         materials=loaded.materials,
     ) as writer:
         planned = planned_duration(protocol, rig.gauges)
@@ -190,4 +191,14 @@ def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) ->
     note = knit_frames(run, folder / f"{name}_knit.png").note
     if note:
         sys.stderr.write(note + "\n")
+    images_of(run, folder, name, progress)
     progress(1.0, "done")
+
+
+def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float, str], None]) -> tuple[Path, ...]:
+    """Render the images that the protocol took, if any, into their folder in the run's."""
+    if not any(frame.image is not None for frame in run.frames()):
+        return ()
+    from app.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)
+
+    return write_images(run, folder / IMAGES, name, usual_look(run), progress)

@@ -114,22 +114,22 @@ def _do(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None
 
 def _drive(bench: Bench, stroke: Stroke, increment: float) -> Generator[Event, None, Outcome | None]:
     """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
-    begun, at = bench.time, 0.0
-    # Of the shares of the stroke alone, so that a test that is taken up again keeps the same frames.
-    frames = min(MOST_FRAMES, ceil(bench.strain(stroke.start, stroke.end) / FRAME_SPACING))
+    begun = bench.time
     for low, high in pairwise([0.0, *_marks(stroke, bench.rig.gauges), 1.0]):
         goal = between(stroke.start, stroke.end, high)
         way = bench.strain(bench.displacement, goal)
         duration = (high - low) * stroke.duration
         for step in bench.march_to(goal, longest=min(1.0, increment / way), duration=duration):
-            before, at = at, low + (high - low) * step.share
-            bench.time = begun + at * stroke.duration
-            yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
+            before = bench.displacement
+            bench.time = begun + (low + (high - low) * step.share) * stroke.duration
+            row = bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
             ended = bench.outcome()
+            # Before its row: a test that is taken up again after the row has the frame.
+            if ended is None and step.share < 1.0 and _passes_frame(stroke, bench, before):
+                yield bench.frame()
+            yield row
             if ended is not None:
                 return ended
-            if step.share < 1.0 and floor(before * frames) < floor(at * frames):
-                yield bench.frame()
         yield bench.frame()
     return None
 
@@ -166,6 +166,16 @@ def _marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
     inner = sorted(share for share in shares if 1e-6 < share < 1.0 - 1e-6)
     # Axes that pass a mark together differ by rounding.
     return [share for before, share in pairwise([0.0, *inner]) if share - before > 1e-6]
+
+
+def _passes_frame(stroke: Stroke, bench: Bench, before: Mapping[Axis, float]) -> bool:
+    """Tell whether the axis that strains most came by one of the places, evenly spaced on a stroke, of a frame."""
+    strains = {axis: (stroke.end[axis] - stroke.start[axis]) / length for axis, length in bench.rig.gauges.items()}
+    axis = max(strains, key=lambda one: abs(strains[one]))
+    count = min(MOST_FRAMES, ceil(abs(strains[axis]) / FRAME_SPACING))
+    way = stroke.end[axis] - stroke.start[axis]
+    was, now = (floor(count * (at[axis] - stroke.start[axis]) / way) for at in (before, bench.displacement))
+    return was < now
 
 
 def _account(bench: Bench, error: ConvergenceError) -> str:

@@ -131,7 +131,7 @@ def make_run(
         axes=BOTH,
         strands=[len(knit_nodes(0.0))],
         instruments=[instrument],
-        provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+        provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic", "started": "2026-11-22T23:59:30+01:00"},
     ) as writer:
         for one in made:
             writer.append(one)
