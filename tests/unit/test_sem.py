@@ -49,14 +49,13 @@ def middle_of_bright(signal: np.ndarray) -> float:
     return float(0.5 * (bright[0] + bright[-1] + 1))
 
 
-@pytest.mark.parametrize("width", [1024, 2048])
-def test_a_known_distance_is_as_many_pixels_as_it_says(width: int) -> None:
+def test_a_known_distance_is_as_many_pixels_as_it_says() -> None:
     # Two upright yarns, 150 µm from axis to axis, of 8 µm diameter.
     nodes = straight(((0, 0, 0), (0, 2e-4, 0)), ((1.5e-4, 0, 0), (1.5e-4, 2e-4, 0)))
-    view = view_on(nodes, width=width)
+    view = view_on(nodes)
     line = seen(nodes, view)[view.height // 2]
-    left, right = line[: width // 2], line[width // 2 :]
-    apart = width // 2 + middle_of_bright(right) - middle_of_bright(left)
+    left, right = line[:512], line[512:]
+    apart = 512 + middle_of_bright(right) - middle_of_bright(left)
     assert apart * view.pixel == pytest.approx(1.5e-4, abs=view.pixel)
     assert np.count_nonzero(left > 0.5) * view.pixel == pytest.approx(2 * RADIUS, abs=1.2 * view.pixel)
 
@@ -181,10 +180,15 @@ def plated_run(path: Path) -> RunReader:
     return RunReader(path)
 
 
-def test_files_say_what_the_microscope_did(tmp_path: Path) -> None:
-    run = plated_run(tmp_path / "run.h5")
-    look = usual_look(run)
-    paths = write_images(run, tmp_path / "images", "micro", look, lambda *_: None)
+@pytest.fixture(scope="module")
+def paths(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ...]:
+    """Return the images of that run."""
+    folder = tmp_path_factory.mktemp("micro")
+    run = plated_run(folder / "run.h5")
+    return write_images(run, folder / "images", "micro", usual_look(run), lambda *_: None)
+
+
+def test_files_say_what_the_microscope_did(paths: tuple[Path, ...]) -> None:
     assert [path.name for path in paths] == ["micro_001.tif", "micro_002.tif"]
     for path, time, day in zip(paths, ("23:59:50", "00:00:10"), ("22 Nov 2026", "23 Nov 2026"), strict=True):
         with tifffile.TiffFile(path) as file:
@@ -213,10 +217,8 @@ def test_files_say_what_the_microscope_did(tmp_path: Path) -> None:
         assert raw.dtype == 2
 
 
-def test_the_tag_is_lines_of_the_instruments_kind(tmp_path: Path) -> None:
-    run = plated_run(tmp_path / "run.h5")
-    path = write_images(run, tmp_path, "micro", usual_look(run), lambda *_: None)[0]
-    data = path.read_bytes()
+def test_the_tag_is_lines_of_the_instruments_kind(paths: tuple[Path, ...]) -> None:
+    data = paths[0].read_bytes()
     begin = data.index(b"AP_MAG\r\nMag = ")
     text = data[begin : data.index(b"\x00", begin)]
     assert text.endswith(b"SV_FILE_NAME\r\nFile Name = micro_001.tif\r\n")
