@@ -11,6 +11,7 @@ from app.run_reader import RunReader
 from app.runs import RunWriter
 from app.sem.bar import scale_of, with_bar
 from app.sem.blocks import Block, fixtures
+from app.sem.command import images
 from app.sem.detector import emission, image
 from app.sem.images import Look, taken, usual_look, write_images
 from app.sem.microscope import read_microscope
@@ -18,6 +19,7 @@ from app.sem.tag import TAG
 from app.sem.units import metric
 from app.sem.view import View, fit, turned
 from app.tubes import tube
+from app.usecases import images_of
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.record import Frame, SpecimenSize
 from tests.synthetic_run import make_run, stage_instrument
@@ -282,3 +284,28 @@ def test_every_number_of_the_microscope_has_a_source(tmp_path: Path) -> None:
     bad.write_text("microscope: x\n")
     with pytest.raises(FormatError, match="also"):
         read_microscope(bad)
+
+
+def test_a_run_ends_with_its_images_and_one_without_any_has_none(tmp_path: Path) -> None:
+    (tmp_path / "micro").mkdir()
+    run = plated_run(tmp_path / "micro" / "run.h5")
+    told: list[str] = []
+    written = images_of(run, tmp_path / "micro", "micro", lambda _, text: told.append(text))
+    assert [path.relative_to(tmp_path).as_posix() for path in written] == [
+        "micro/images/micro_001.tif",
+        "micro/images/micro_002.tif",
+    ]
+    assert told == ["rendering image 1 of 2", "rendering image 2 of 2"]
+    assert images_of(make_run(tmp_path / "run.h5"), tmp_path, "synthetic", lambda *_: None) == ()
+    assert not (tmp_path / "images").exists()
+
+
+def test_the_command_renders_a_run_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plated_run(tmp_path / "run.h5")
+    images(tmp_path, tilt=60.0, width=1024, out=tmp_path / "again", quiet=True)
+    assert capsys.readouterr().out.splitlines() == [f"image: {tmp_path}/again/micro_00{k}.tif" for k in (1, 2)]
+    with tifffile.TiffFile(tmp_path / "again" / "micro_001.tif") as file:
+        said = file.sem_metadata or {}
+    assert (said["ap_stage_at_t"][1], said["ap_stage_at_r"][1]) == (60.0, 24.0)
+    with pytest.raises(SpecificationError, match="tilt"):
+        images(tmp_path, tilt=120.0, quiet=True)
