@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from datetime import datetime
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
@@ -135,7 +136,7 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         axes=protocol.axes,
         strands=rig.strands,
         instruments=rig.instruments,
-        provenance=task.origin.facts,
+        provenance={**task.origin.facts, "started": datetime.now().astimezone().isoformat(timespec="seconds")},
         materials=task.loaded.materials,
     )
     # A checkpoint of before is none of the new record.
@@ -168,9 +169,7 @@ def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Pro
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
         _publish(folder, saved.origin.name, progress)
         (folder / CHECKPOINT).unlink()
-    return RunResult(
-        outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps
-    )
+    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps)
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
@@ -231,4 +230,14 @@ def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) ->
     note = knit_frames(run, folder / f"{name}_knit.png").note
     if note:
         sys.stderr.write(note + "\n")
+    images_of(run, folder, name, progress)
     progress(1.0, "done")
+
+
+def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float, str], None]) -> tuple[Path, ...]:
+    """Render the images that the protocol took, if any, into their folder in the run's."""
+    if not any(frame.image is not None for frame in run.frames()):
+        return ()
+    from app.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)
+
+    return write_images(run, folder / IMAGES, name, usual_look(run), progress)

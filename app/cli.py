@@ -14,6 +14,7 @@ import typer
 from app.commands import analyse, plot, sweep
 from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE
 from app.run_commands import resume, run
+from app.sem.command import EXAMPLE, SHORT, images
 from app.terminal import AsJson, Chosen, ProtocolPath, complain, values_of, warn
 from knitlab_core.errors import KnitlabError, SolverError
 
@@ -262,3 +263,6 @@ def schema(
     from app.tables import print_json  # noqa: PLC0415
 
     print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
+
+
+knitlab.command(short_help=SHORT, epilog=EXAMPLE)(images)

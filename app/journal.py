@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.checkpoint import Checkpoint
 from rigs.instruments import Zeroing
-from rigs.record import Equilibrium, Frame, Outcome, Snapshot, StepRecord
+from rigs.record import Equilibrium, Frame, Outcome, StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -63,8 +63,6 @@ class Journal:
                         self.keeper.keep(event, self.writer, self.zeroings)
                     case Frame():
                         self.writer.add_frame(event)
-                    case Snapshot():
-                        self.writer.add_snapshot(event)
                     case StepRecord():
                         self.writer.add_step(event)
                     case Zeroing():

@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 
 from app.run_folder import whole_file
+from app.vtkhdf import make_frames
 from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.instruments import Instrument
-    from rigs.record import SpecimenSize
+    from rigs.record import IntArray, SpecimenSize
     from rigs.steps import Axis
 
 #: Rows that one stretch of the file holds; a new one is needed only so often.
@@ -23,6 +24,8 @@ CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"
+#: Load plates, in their order along the pile.
+PLATES = ("lower", "upper")
 TEXT = h5py.string_dtype("utf-8", length=64)
 END = h5py.string_dtype("utf-8", length=16)
 PLACE = h5py.string_dtype("utf-8", length=256)
@@ -42,6 +45,7 @@ def make_record(
     instruments: Sequence[Instrument],
     provenance: Mapping[str, str | int | float],
     materials: str = "",
+    plates: tuple[IntArray, IntArray] | None = None,
 ) -> Path:
     """Make the record of a run that has no row yet, all of it or nothing.
 
@@ -63,6 +67,8 @@ def make_record(
         Versions, seed, rig, material values with their sources.
     materials : str
         The YAML of the materials that the protocol brings in a file of its own, verbatim.
+    plates : tuple of IntArray or None
+        Nodes in the lower and in the upper load plate; None where hooks hold the specimen.
 
     Returns
     -------
@@ -82,7 +88,9 @@ def make_record(
         file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
         file.attrs.update({**provenance, **facts})
         _make_equilibria(file, axes)
-        _make_frames(file, axes, sum(strands), sum(strands) - len(strands))
+        for name, nodes in zip(PLATES, plates or (), strict=False):
+            file.create_dataset(f"plates/{name}", data=nodes)
+        make_frames(file, axes, strands)
         _make_steps(file)
         file.create_group("channels")
         for instrument in instruments:
@@ -143,23 +151,8 @@ def _make_equilibria(file: h5py.File, axes: Sequence[Axis]) -> None:
     _phase_and_tag(table)
 
 
-def _make_frames(file: h5py.File, axes: Sequence[Axis], node_count: int, edge_count: int) -> None:
-    table = file.create_group("frames")
-    _column(table, "time", "f8", "s")
-    for axis in axes:
-        _column(table, f"strain_{axis}", "f8", "1")
-    _column(table, "cycle", "i8")
-    _column(table, "phase", "i1")
-    for name, tail, unit in (
-        ("nodes", (node_count, 3), "m"),
-        ("axial_strain", (edge_count,), "1"),
-    ):
-        made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
-        made.attrs["units"] = unit
-
-
 def _make_steps(file: h5py.File) -> None:
-    steps, snapshots = file.create_group("steps"), file.create_group("snapshots")
+    steps = file.create_group("steps")
     for name, dtype, unit in (
         ("place", PLACE, None),
         ("tag", "i4", None),
@@ -170,8 +163,6 @@ def _make_steps(file: h5py.File) -> None:
     ):
         _column(steps, name, dtype, unit)
     steps["end"].attrs["meaning"] = ", ".join(ENDS)
-    _column(snapshots, "time", "f8", "s")
-    _column(snapshots, "tag", "i4")
 
 
 def _make_channels(file: h5py.File, instrument: Instrument) -> None:

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, cast
 import h5py
 import numpy as np
 
-from app.run_layout import LAYOUT, RUNNING
+from app.run_layout import LAYOUT, PLATES, RUNNING
+from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
-from rigs.record import ENDS, PHASES, Frame, Outcome, Snapshot, SpecimenSize, StepRecord, Trace
+from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, StepRecord, Trace
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.record import FloatArray
+    from rigs.record import FloatArray, Frame, IntArray
 
 
 class RunReader:
@@ -37,6 +38,8 @@ class RunReader:
         The YAML of the materials that the protocol brought in a file of its own, verbatim.
     strands : tuple of int
         Nodes of every strand.
+    plates : tuple of IntArray or None
+        Nodes in the lower and in the upper load plate; None where hooks held the specimen.
     provenance : dict of str to object
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
@@ -47,8 +50,6 @@ class RunReader:
         What the instruments logged, by their names; empty if the run was cut off before.
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort`` for one that did not.
-    snapshots : tuple of Snapshot
-        The pictures that were asked for.
     outcome : Outcome
         How the run ended; ``abort`` if nothing says so.
 
@@ -68,6 +69,7 @@ class RunReader:
                 self.protocol = cast("str", file["protocol"].asstr()[()])
                 self.materials = cast("str", file["materials"].asstr()[()])
                 self.strands = tuple(int(size) for size in file["strands"][()])
+                self.plates = _read_plates(file)
                 self.provenance = dict(file.attrs)
                 self.size = SpecimenSize(
                     extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
@@ -76,12 +78,6 @@ class RunReader:
                 )
                 self.trace = self._read_trace(file["equilibria"])
                 self.steps = self._read_steps(file["steps"])
-                self.snapshots = tuple(
-                    Snapshot(time=float(time), tag=tag)
-                    for time, tag in zip(
-                        file["snapshots"]["time"][()], self._tag_texts(file["snapshots"]["tag"][()]), strict=False
-                    )
-                )
                 self.samples = self._read_all_samples(file["channels"])
                 self.outcome = _read_outcome(file["outcome"], len(self.trace))
         except FileNotFoundError:
@@ -92,19 +88,7 @@ class RunReader:
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""
         with h5py.File(self.path, "r", locking=False) as file:
-            table = file["frames"]
-            columns = {name: table[name][()] for name in table}
-        return tuple(
-            Frame(
-                time=float(columns["time"][k]),
-                nodes=columns["nodes"][k],
-                axial_strain=columns["axial_strain"][k],
-                strain={axis: float(columns[f"strain_{axis}"][k]) for axis in AXES if f"strain_{axis}" in columns},
-                cycle=int(columns["cycle"][k]),
-                phase=PHASES[columns["phase"][k]],
-            )
-            for k in range(_rows(columns))
-        )
+            return read_frames(file, self._tags)
 
     def _read_trace(self, table: h5py.Group) -> Trace:
         raw = {name: column[()] for name, column in table.items()}
@@ -162,6 +146,14 @@ class RunReader:
 def _rows(columns: dict[str, FloatArray]) -> int:
     """Return the rows that every column has: a killed run may lack some of the last one."""
     return min(len(column) for column in columns.values())
+
+
+def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
+    """Return the nodes in the two load plates, or None."""
+    if "plates" not in file:
+        return None
+    lower, upper = (file[f"plates/{name}"][()] for name in PLATES)
+    return lower, upper
 
 
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:

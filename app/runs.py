@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from app.run_layout import END, MESSAGE, RUNNING, cut, lengths
+from app.vtkhdf import NO_IMAGE, append_frame
 from rigs.record import ENDS, PHASES
 
 if TYPE_CHECKING:
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rigs.instruments import Samples
-    from rigs.record import Equilibrium, Frame, Outcome, Snapshot, StepRecord
+    from rigs.record import Equilibrium, Frame, Outcome, StepRecord
 
-NO_TAG = -1
+#: The same in the frames.
+NO_TAG = NO_IMAGE
 _ONE = h5py.h5s.create_simple((1,))
 
 
@@ -93,35 +95,22 @@ class RunWriter:
 
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""
-        table = self._file["frames"]
-        for name in ("time", "cycle", "nodes", "axial_strain"):
-            _append(table[name], getattr(frame, name))
-        for axis, strain in frame.strain.items():
-            _append(table[f"strain_{axis}"], strain)
-        _append(table["phase"], PHASES.index(frame.phase))
-        self._file.flush()
+        append_frame(self._file, frame, self._tag(frame.image))
 
     def add_step(self, step: StepRecord) -> None:
         """Write down a step that begins, or how it ended."""
         values = {
-            "place": _cut(step.place, 256),
+            "place": _clipped(step.place, 256),
             "tag": self._tag(step.tag),
             "start": step.start,
             "time": step.time,
             "end": ENDS.index(step.end),
-            "message": _cut(step.message, 1024),
+            "message": _clipped(step.message, 1024),
         }
         for name, value in values.items():
             column = self._file["steps"][name]
             column.resize(max(len(column), step.number + 1), axis=0)
             column[step.number] = value
-        self._file.flush()
-
-    def add_snapshot(self, snapshot: Snapshot) -> None:
-        """Write down that a picture is wanted of the frame that was added last."""
-        table = self._file["snapshots"]
-        _append(table["time"], snapshot.time)
-        _append(table["tag"], self._tag(snapshot.tag))
         self._file.flush()
 
     def write_samples(self, samples: Samples) -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeVar
+from math import floor
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from rigs.checkpoint import checkpoint_of
 from rigs.cursor import END, START
 from rigs.endings import Ending
 from rigs.instruments import overloaded
-from rigs.record import Equilibrium, Frame, Snapshot
-from rigs.rig import axial_strain, most_strained, place_of, read
+from rigs.record import Equilibrium, Frame
+from rigs.rig import most_strained, place_of, read
+from rigs.shape import axial_strain, bending_strain, contact_force
 from rigs.way import Way, follow
 
 if TYPE_CHECKING:
@@ -27,6 +29,9 @@ if TYPE_CHECKING:
     from rigs.way import Step
 
 T = TypeVar("T")
+
+FRAME_SPACING: Final = 0.025
+"""Between marks, frames are as many equilibria that are there anyway as keep them about this strain apart."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -200,21 +205,30 @@ class Bench:
         self.cursor = replace(self.cursor, last=row, place=END, memory=memory)
         return row
 
-    def frame(self) -> Frame:
-        """Return the shape of the knit as it is now."""
+    def frame(self, *, image: str | None = None) -> Frame:
+        """Return the shape of the knit as it is now; one that the microscope takes bears the name of its image."""
         return Frame(
             time=self.time,
             nodes=self.state.q[:, :3] * self.rig.work.model.scales.length,
             axial_strain=axial_strain(self.rig, self.state),
+            bending_strain=bending_strain(self.rig, self.state),
+            contact_force=contact_force(self.rig, self.state),
             strain={axis: self.displacement[axis] / length for axis, length in self.rig.gauges.items()},
             cycle=1 if self.last is None else self.last.cycle,
             phase="Zero" if self.last is None else self.last.phase,
+            image=image,
         )
 
-    def pictured(self, tag: str | None) -> Iterator[Frame | Snapshot]:
-        """Yield the shape of the knit, and that a picture is wanted of it."""
-        yield self.frame()
-        yield Snapshot(time=self.time, tag=tag)
+    def passes_frame(self, before: Displacement) -> bool:
+        """Tell whether an axis that was at a displacement [m] came by a place of a frame."""
+        return any(
+            floor(before[axis] / (FRAME_SPACING * length)) != floor(self.displacement[axis] / (FRAME_SPACING * length))
+            for axis, length in self.rig.gauges.items()
+        )
+
+    def pictured(self, tag: str | None) -> Frame:
+        """Return the shape of the knit, as one of which an image is taken."""
+        return self.frame(image=tag or "image")
 
     def over(self) -> Ending | None:
         """Return how the last row ended the test, if it did: by a rupture, or with more than an instrument can take."""

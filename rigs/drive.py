@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigs.controller import Memory
     from rigs.endings import Ending, Watch
     from rigs.motion import Stroke
-    from rigs.record import Equilibrium, Frame, Snapshot
+    from rigs.record import Equilibrium, Frame
     from rigs.targets import Axis
     from rigs.way import Step
 
@@ -41,7 +41,7 @@ class Leg:
     pictured: bool
 
 
-def drive(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | Frame | Snapshot, None, Ending | None]:
+def drive(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | Frame, None, Ending | None]:
     """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
     begun = bench.cursor.begun
     last, ending = watch.cut(bench.memory, begun)
@@ -52,20 +52,25 @@ def drive(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium |
         duration = (leg.high - leg.low) * stroke.duration
         for step in bench.go_on_to(goal, longest=min(1.0, bench.increment / max(way, 1e-15)), duration=duration):
             bench.time = begun + (leg.low + (leg.high - leg.low) * step.share) * stroke.duration
-            yield bench.accept(step, stroke, step.displacement)
+            before = bench.displacement
+            row = bench.accept(step, stroke, step.displacement)
+            # Before its row: a test that is taken up again after the row has the frame.
+            if step.share < 1.0 and bench.passes_frame(before):
+                yield bench.frame()
+            yield row
             over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead, TOLERANCE)
             if over is not None:
                 if not over.test:
                     yield bench.frame()
                 return over
         if leg.pictured:
-            yield from bench.pictured(bench.memory.image_tag)
+            yield bench.pictured(bench.memory.image_tag)
         else:
             yield bench.frame()
     return ending
 
 
-def hold(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | Frame | Snapshot, None, Ending | None]:
+def hold(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | Frame, None, Ending | None]:
     """Stand still; a yarn that relaxes goes through equilibria meanwhile."""
     begun, relaxation = bench.cursor.begun, bench.rig.work.model.relaxation
     last, ending = watch.cut(bench.memory, begun)
@@ -84,7 +89,7 @@ def hold(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | 
             if over is not None:
                 return over
         if leg.pictured:
-            yield from bench.pictured(bench.memory.image_tag)
+            yield bench.pictured(bench.memory.image_tag)
     if relaxation is not None:
         yield bench.frame()
     return ending

@@ -19,7 +19,7 @@ from rigs.endings import Ending, Watch
 from rigs.instruments import Zeroing
 from rigs.leaves import leaves
 from rigs.motion import Planner, Sight, Stroke
-from rigs.record import Equilibrium, Frame, Outcome, Snapshot, StepRecord
+from rigs.record import Equilibrium, Frame, Outcome, StepRecord
 from rigs.rig import place_of
 from rigs.steer import steer
 from rigs.steps import Image, UntilRupture
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rigs.protocol import Protocol
     from rigs.rig import Rig
 
-Event: TypeAlias = Equilibrium | Checkpoint | Frame | Snapshot | Zeroing | StepRecord | Outcome
+Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Outcome
 
 
 def perform(
@@ -56,7 +56,7 @@ def perform(
 
     Yields
     ------
-    Equilibrium, Checkpoint, Frame, Snapshot, Zeroing, StepRecord or Outcome
+    Equilibrium, Checkpoint, Frame, Zeroing, StepRecord or Outcome
         Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A step is
         recorded when it begins, as if it were aborted, and when it ends. A limit that trips and an equilibrium that is
         not found are outcomes: what was yielded before stands. A checkpoint follows every row from which the test can
@@ -154,7 +154,7 @@ def _picture(bench: Bench, step: Image) -> Iterator[Event]:
         every = None if step.every == "off" else step.every
         bench.remember(replace(bench.memory, every=every, image_since=bench.time, image_tag=step.tag))
     if step.every != "off":
-        yield from bench.pictured(step.tag)
+        yield bench.pictured(step.tag)
 
 
 def _do(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Event, None, Ending | None]:

@@ -154,36 +154,29 @@ class Frame:
         Node positions [m].
     axial_strain : FloatArray, shape (E,)
         Axial strain of every edge, strand by strand [1]; nan where the fibre is broken.
+    bending_strain : FloatArray, shape (E,)
+        Strain of the fibre's surface by bending, at that end of the edge that bends more [1]; nan as above.
+    contact_force : FloatArray, shape (N,)
+        Sum of the contact loads on the yarn around every node [N].
     strain : Mapping
         Effective strain of the specimen along each driven axis [1].
     cycle : int
         Counter of the set, from 1.
     phase : Phase
         What the axes were doing.
+    image : str or None
+        Name of the image that a microscope takes of this shape; None if it takes none.
     """
 
     time: float
     nodes: FloatArray
     axial_strain: FloatArray
+    bending_strain: FloatArray
+    contact_force: FloatArray
     strain: Mapping[Axis, float]
     cycle: int
     phase: Phase
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Snapshot:
-    """Ask for a picture of the frame that was kept last.
-
-    Attributes
-    ----------
-    time : float
-        Time on the rig's clock [s].
-    tag : str or None
-        Label of the step `image`.
-    """
-
-    time: float
-    tag: str | None = None
+    image: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

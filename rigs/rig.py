@@ -13,7 +13,6 @@ from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
 from knitlab_core.rods.relaxation import Relaxation
-from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged
 from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
@@ -247,15 +246,6 @@ def read(rig: Rig, state: State) -> Reading:
         imbalance={axis: high - low for axis, (low, high) in pulls.items()},
         lateral=unit * max(laterals),
     )
-
-
-def axial_strain(rig: Rig, state: State) -> FloatArray:
-    """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
-    rods = rig.work.model.rods
-    edges: FloatArray = np.linalg.norm(np.diff(state.q[:, :3], axis=0), axis=1)
-    edges = np.where(rods.has_edge[:-1], edges, np.nan)
-    made = edges_of(rig.strands)[:-1]
-    return edges[made] / rods.rest_length[:-1][made] - 1.0
 
 
 def most_strained(rig: Rig, state: State) -> Spot:

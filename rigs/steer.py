@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigs.bench import Bench
     from rigs.endings import Watch
     from rigs.motion import Stroke
-    from rigs.record import Equilibrium, FloatArray, Frame, Snapshot
+    from rigs.record import Equilibrium, FloatArray, Frame
     from rigs.targets import Axis
 
 TOLERANCE: Final = 5e-3
@@ -168,7 +168,7 @@ def helm_of(bench: Bench, stroke: Stroke, watch: Watch) -> Helm:
 
 def steer(
     bench: Bench, stroke: Stroke, watch: Watch, marks: list[float], images: list[float]
-) -> Generator[Equilibrium | Frame | Snapshot, None, Ending | None]:
+) -> Generator[Equilibrium | Frame, None, Ending | None]:
     """Go through a stroke row by row.
 
     An axis of a preload that has met its force stays where it is while the others go on, as with a stop switch: what
@@ -183,7 +183,7 @@ def steer(
 
     Yields
     ------
-    Equilibrium, Frame or Snapshot
+    Equilibrium or Frame
         Every row on the way; none lies beyond a stop.
 
     Returns
@@ -205,10 +205,15 @@ def steer(
         helm.share = share
         bench.time = helm.time(share)
         helm.note()
-        yield bench.accept(settled.step, stroke, settled.crosshead)
+        before = bench.displacement
+        row = bench.accept(settled.step, stroke, settled.crosshead)
+        pictured = any(abs(image - share) <= 1e-9 for image in images)
+        if not pictured and bench.passes_frame(before):
+            yield bench.frame()
+        yield row
         over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead, TOLERANCE)
-        if any(abs(image - share) <= 1e-9 for image in images):
-            yield from bench.pictured(bench.memory.image_tag)
+        if pictured:
+            yield bench.pictured(bench.memory.image_tag)
         if over is not None:
             return over
     return None

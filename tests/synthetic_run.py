@@ -106,6 +106,8 @@ def frame(time: float, strain: float, cycle: int, phase: Phase) -> Frame:
         time=time,
         nodes=nodes,
         axial_strain=0.02 * (strain / 0.4) ** 3 * wave - 1e-3 * strain,
+        bending_strain=0.05 * strain * wave,
+        contact_force=1e-3 * strain * np.append(wave, 0.0),
         strain=dict.fromkeys(BOTH, strain),
         cycle=cycle,
         phase=phase,
@@ -131,7 +133,7 @@ def make_run(
             axes=BOTH,
             strands=[len(knit_nodes(0.0))],
             instruments=[instrument],
-            provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+            provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic", "started": "2026-11-22T23:59:30+01:00"},
         )
     ) as writer:
         for one in made:

@@ -29,11 +29,20 @@ def fibre_strain(q: FloatArray, rods: Rods, frames: Frames, radius: float = 1.0)
         zero where no edge leaves a node.
     """
     strain = rod_strains(q, rods, frames)
+    return np.asarray(np.where(rods.has_edge, np.abs(strain[:, 0]) + _bent(strain, rods, radius), 0.0))
+
+
+def bending_strain(q: FloatArray, rods: Rods, frames: Frames, radius: float = 1.0) -> FloatArray:
+    """Return the part of `fibre_strain` that bending has along every edge, radius |κ - κ_rest|, shape (N,) [1]."""
+    return _bent(rod_strains(q, rods, frames), rods, radius)
+
+
+def _bent(strain: FloatArray, rods: Rods, radius: float) -> FloatArray:
+    """Return how much bending strains a surface at that end of every edge (N,) that bends more [1]."""
     inner = rods.is_inner
-    bent = np.zeros(len(q))
+    bent = np.zeros(len(strain))
     bent[inner] = radius * np.linalg.norm(strain[inner, 1:3], axis=1) / rods.span[inner]
-    at_far_end = np.append(bent[1:], 0.0)
-    return np.asarray(np.where(rods.has_edge, np.abs(strain[:, 0]) + np.maximum(bent, at_far_end), 0.0))
+    return np.asarray(np.where(rods.has_edge, np.maximum(bent, np.append(bent[1:], 0.0)), 0.0))
 
 
 def cut_rods(rods: Rods, edge: int) -> Rods:

@@ -119,8 +119,9 @@ def test_the_main_job_leaves_what_it_promises(main_job: Ran) -> None:
             for level in ("20%", "30%", "40%"):
                 assert f"stress at {level}, {axis}, cycle {cycle}" in names
             assert f"loop area, {axis}, cycle {cycle}" in names
-    strains = [(frame.strain["C"], frame.strain["W"]) for frame in main_job.run.frames()]
-    assert np.array(strains) == pytest.approx(np.array(2 * [0.0, 0.2, 0.4, 0.2] + [0.0]).repeat(2).reshape(-1, 2))
+    frames = np.array([(frame.strain["C"], frame.strain["W"]) for frame in main_job.run.frames()])
+    strains = frames[np.abs(frames[:, 0] / 0.2 - np.round(frames[:, 0] / 0.2)) < 1e-9]
+    assert strains == pytest.approx(np.array(2 * [0.0, 0.2, 0.4, 0.2] + [0.0]).repeat(2).reshape(-1, 2))
 
 
 def test_the_main_job_stiffens_as_loops_lock(main_job: Ran) -> None:
@@ -164,7 +165,7 @@ def test_a_knit_with_free_sides_is_far_softer_than_one_held(uniaxial: Ran, main_
 
 
 def test_a_knit_with_free_sides_gets_narrower(uniaxial: Ran) -> None:
-    frames = uniaxial.run.frames()
+    frames = [frame for frame in uniaxial.run.frames() if round(frame.strain["C"], 9) in {0.0, 0.2, 0.3}]
     # Free loops below and above, and the hooks that slide along their poles.
     sites = make_specimen(from_yaml(uniaxial.run.protocol).specimen).sites
     for width in (

@@ -13,7 +13,8 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError
 from rigs.fixtures import COORDINATE, SITES
 from rigs.protocol import Cycle, Zero
-from rigs.rig import axial_strain, place_of, pose, read
+from rigs.rig import most_strained, place_of, pose, read
+from rigs.shape import axial_strain, bending_strain, contact_force
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
@@ -108,6 +109,29 @@ def test_the_yarn_is_stretched_where_the_knit_is_taut(small: tuple[Rig, State]) 
     strain = axial_strain(stage, state)
     assert strain.shape == (len(stage.specimen.nodes) - 1,)
     assert 1e-4 < strain.max() < 0.05
+
+
+def test_a_fibre_is_strained_most_by_its_axial_strain_and_its_bending(small: tuple[Rig, State]) -> None:
+    stage, state = small
+    total = np.abs(axial_strain(stage, state)) + bending_strain(stage, state)
+    spot = most_strained(stage, state)
+    assert (int(total.argmax()), total.max()) == (spot.edge, pytest.approx(spot.strain))
+
+
+def test_yarn_is_pressed_where_strands_touch_and_nowhere_else(small: tuple[Rig, State]) -> None:
+    stage, state = small
+    pressed = contact_force(stage, state)
+    nodes, radius = state.q[:, :3] * stage.work.model.scales.length, stage.size.fibre_radius
+    apart = np.linalg.norm(nodes[:, None] - nodes[None], axis=2)
+    order = np.arange(len(nodes))
+    apart[np.abs(order[:, None] - order) < 8] = np.inf
+    nearest = apart.min(axis=1)
+    spacing = np.linalg.norm(np.diff(nodes, axis=0), axis=1).max()
+    assert 0 < np.count_nonzero(pressed) < 0.7 * len(pressed)
+    assert nearest[pressed > 0.0].max() < np.hypot(2 * radius, spacing)
+    assert (pressed[nearest > np.hypot(2 * radius, spacing)] == 0.0).all()
+    # A loop that carries a course's share of the pull is pressed about as hard by the loops it holds.
+    assert 0.2 < pressed.max() / (read(stage, state).force["W"] / 6) < 5.0
 
 
 def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[Rig, State]) -> None:

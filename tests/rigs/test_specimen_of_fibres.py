@@ -17,7 +17,8 @@ from knitlab_core.rods.section import yarn_section
 from rigs.experiment import perform
 from rigs.protocol import Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target
 from rigs.record import Equilibrium, Outcome
-from rigs.rig import axial_strain, mount, place_of, pose, without_edge
+from rigs.rig import mount, place_of, pose, without_edge
+from rigs.shape import axial_strain
 from rigs.specimen import gauge_lengths, make_specimen
 from tests.synthetic_run import BOTH
 

@@ -72,7 +72,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
 def test_layout_is_the_documented_one(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5") as file:
-        assert set(file) >= {"equilibria", "channels", "frames", "protocol"}
+        assert set(file) >= {"equilibria", "channels", "VTKHDF", "protocol"}
         assert set(file["equilibria"]) == {*units(BOTH), "phase", "tag"}
         assert file["equilibria/force_C"].attrs["units"] == "N"
         assert file["channels/biaxial-hook/XForce"].attrs["units"] == "N"
@@ -125,6 +125,7 @@ KILLED = textwrap.dedent(
             run.append(replace(row(float(k), 0.1, 1, "Stretch"), tag=f"tag {k // 50}"))
             if k % 10 == 0:
                 run.add_frame(Frame(time=float(k), nodes=np.full((4, 3), 1.0 + k), axial_strain=np.ones(3),
+                                    bending_strain=np.ones(3), contact_force=np.ones(4),
                                     strain={"C": 0.1, "W": 0.1}, cycle=1, phase="Stretch"))
             print(k, flush=True)
     """
@@ -245,7 +246,7 @@ def test_a_record_of_another_layout_is_refused(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         file.attrs["layout"] = 1
-    with pytest.raises(FormatError, match="a run in layout 3"):
+    with pytest.raises(FormatError, match="a run in layout 4"):
         RunReader(tmp_path / "run.h5")
 
 

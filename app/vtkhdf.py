@@ -1,0 +1,196 @@
+"""Keep the shapes of a run as VTKHDF: a PolyData of many time steps, which ParaView and VTK open.
+
+The yarn's edges are lines, listed once and shared by all steps. Every step appends `rows` to each growing dataset and
+is counted last, so that a file that was cut off anywhere holds whole steps.
+
+References
+----------
+"VTKHDF format specification", docs.vtk.org, version 2.3: Poly data; Temporal data.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import h5py
+import numpy as np
+
+from rigs.record import PHASES, Frame
+from rigs.steps import AXES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from rigs.record import FloatArray
+    from rigs.steps import Axis
+
+GROUP: Final = "VTKHDF"
+VERSION: Final = (2, 3)
+#: Of the kinds of cells that a PolyData has, in the order of its offsets, the second is in use.
+KINDS: Final = ("Vertices", "Lines", "Polygons", "Strips")
+#: Steps that one stretch of a column holds.
+CHUNK: Final = 256
+NO_IMAGE: Final = -1
+TIMES: Final = "Steps/Values"
+
+
+def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int]) -> None:
+    """Make the group of a knit that has no step yet.
+
+    Parameters
+    ----------
+    file : h5py.File
+        The record of a run.
+    axes : sequence of Axis
+        The axes that are driven.
+    strands : sequence of int
+        Nodes of every strand.
+    """
+    group = file.create_group(GROUP)
+    group.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+    group.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", 8))
+    first = np.delete(np.arange(sum(strands) - 1), np.cumsum(strands)[:-1] - 1)
+    lines = np.column_stack([first, first + 1])
+    group["NumberOfPoints"] = np.array([sum(strands)], dtype=np.int64)
+    for kind in KINDS:
+        cells = lines if kind == "Lines" else lines[:0]
+        group[f"{kind}/NumberOfCells"] = np.array([len(cells)], dtype=np.int64)
+        group[f"{kind}/NumberOfConnectivityIds"] = np.array([cells.size], dtype=np.int64)
+        group[f"{kind}/Connectivity"] = cells.ravel()
+        group[f"{kind}/Offsets"] = 2 * np.arange(len(cells) + 1, dtype=np.int64)
+    nodes, edges = sum(strands), len(lines)
+    _grow(group, "Points", (nodes, 3), "f8", "m")
+    # What colours a line is only looked at: half the digits do.
+    _grow(group, "CellData/axial_strain", (edges,), "f4", "1")
+    _grow(group, "CellData/bending_strain", (edges,), "f4", "1")
+    _grow(group, "PointData/contact_force", (nodes,), "f4", "N")
+    for axis in axes:
+        _grow(group, f"FieldData/strain_{axis}", (1,), "f8", "1")
+    for name, dtype in (("cycle", "i8"), ("phase", "i4"), ("image", "i4")):
+        _grow(group, f"FieldData/{name}", (1,), dtype, "1")
+    group["FieldData/phase"].attrs["meaning"] = ", ".join(PHASES)
+    group["FieldData/image"].attrs["meaning"] = f"index in /tags; {NO_IMAGE} where no image was taken"
+    _make_steps(group)
+
+
+def _make_steps(group: h5py.Group) -> None:
+    """Make the table that says where each step's rows begin."""
+    group.create_group("Steps").attrs["NSteps"] = 0
+    _grow(group, TIMES, (1,), "f8", "s")
+    for name in ("NumberOfParts", "PartOffsets", "PointOffsets"):
+        _grow(group, f"Steps/{name}", (1,), "i8")
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        _grow(group, f"Steps/{name}", (1, len(KINDS)), "i8")
+    for data in ("PointData", "CellData", "FieldData"):
+        for name in group[data]:
+            _grow(group, f"Steps/{data}Offsets/{name}", (1,), "i8")
+    for name in group["FieldData"]:
+        _grow(group, f"Steps/FieldDataSizes/{name}", (1, 2), "i8")
+
+
+def _grow(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: str, unit: str | None = None) -> None:
+    """Make an empty dataset that grows by rows of a shape with every step."""
+    rows, *tail = shape
+    chunk = rows if rows > 1 else CHUNK
+    made = group.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(chunk, *tail), dtype=dtype)
+    made.attrs["rows"] = rows
+    if unit is not None:
+        made.attrs["units"] = unit
+
+
+def growing(group: h5py.Group) -> dict[str, h5py.Dataset]:
+    """Return the datasets that grow with every step, by the number of rows in their attribute `rows`."""
+    found: dict[str, h5py.Dataset] = {}
+
+    def look(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset) and "rows" in item.attrs:
+            found[name] = item
+
+    group.visititems(look)
+    return found
+
+
+def append_frame(file: h5py.File, frame: Frame, image: int) -> None:
+    """Add a step.
+
+    Parameters
+    ----------
+    file : h5py.File
+        The record of a run.
+    frame : Frame
+        The shape.
+    image : int
+        Index of the image's name in ``/tags``; `NO_IMAGE` where none is taken.
+    """
+    group = file[GROUP]
+    step = int(group["Steps"].attrs["NSteps"])
+    values: dict[str, object] = {
+        "Points": frame.nodes,
+        "CellData/axial_strain": frame.axial_strain,
+        "CellData/bending_strain": frame.bending_strain,
+        "PointData/contact_force": frame.contact_force,
+        **{f"FieldData/strain_{axis}": strain for axis, strain in frame.strain.items()},
+        "FieldData/cycle": frame.cycle,
+        "FieldData/phase": PHASES.index(frame.phase),
+        "FieldData/image": image,
+        "Steps/NumberOfParts": 1,
+        "Steps/PointOffsets": step * len(frame.nodes),
+    }
+    columns = growing(group)
+    times = columns.pop(TIMES)
+    for name, dataset in columns.items():
+        _append(dataset, step, values[name] if name in values else _place(group, name, step))
+    # Data first: a step that is counted is there. VTK breaks down where there are more times than steps.
+    file.flush()
+    _append(times, step, frame.time)
+    group["Steps"].attrs.modify("NSteps", step + 1)
+    file.flush()
+
+
+def _append(dataset: h5py.Dataset, step: int, values: object) -> None:
+    rows = int(dataset.attrs["rows"])
+    dataset.resize((step + 1) * rows, axis=0)
+    dataset[step * rows :] = values
+
+
+def _place(group: h5py.Group, name: str, step: int) -> object:
+    """Return where a step's rows of an array begin, or how large its field is; lines and parts are those of step 0."""
+    _, table, *array = name.split("/")
+    if table == "FieldDataSizes":
+        return (1, 1)
+    if table in {"PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"}:
+        return step * int(group[f"{table.removesuffix('Offsets')}/{array[0]}"].attrs["rows"])
+    return 0
+
+
+def read_frames(file: h5py.File, tags: Sequence[str]) -> tuple[Frame, ...]:
+    """Return the shapes of a run in the order of time."""
+    group = file[GROUP]
+    columns = growing(group)
+    whole = (len(dataset) // int(dataset.attrs["rows"]) for dataset in columns.values())
+    count = min(int(group["Steps"].attrs["NSteps"]), *whole)
+
+    def part(step: int, name: str) -> FloatArray:
+        rows = int(columns[name].attrs["rows"])
+        return np.asarray(columns[name][step * rows : (step + 1) * rows], dtype=np.float64)
+
+    return tuple(_frame(partial(part, step), set(columns), tags) for step in range(count))
+
+
+def _frame(part: Callable[[str], FloatArray], names: set[str], tags: Sequence[str]) -> Frame:
+    """Return the frame whose arrays `part` gives."""
+    image = int(part("FieldData/image")[0])
+    return Frame(
+        time=float(part(TIMES)[0]),
+        nodes=part("Points"),
+        axial_strain=part("CellData/axial_strain"),
+        bending_strain=part("CellData/bending_strain"),
+        contact_force=part("PointData/contact_force"),
+        strain={
+            axis: float(part(f"FieldData/strain_{axis}")[0]) for axis in AXES if f"FieldData/strain_{axis}" in names
+        },
+        cycle=int(part("FieldData/cycle")[0]),
+        phase=PHASES[int(part("FieldData/phase")[0])],
+        image=tags[image] if 0 <= image < len(tags) else None,
+    )
