@@ -168,9 +168,7 @@ def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Pro
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
         _publish(folder, saved.origin.name, progress)
         (folder / CHECKPOINT).unlink()
-    return RunResult(
-        outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps
-    )
+    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps)
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:

@@ -104,12 +104,12 @@ class RunWriter:
     def add_step(self, step: StepRecord) -> None:
         """Write down a step that begins, or how it ended."""
         values = {
-            "place": _cut(step.place, 256),
+            "place": _clipped(step.place, 256),
             "tag": self._tag(step.tag),
             "start": step.start,
             "time": step.time,
             "end": ENDS.index(step.end),
-            "message": _cut(step.message, 1024),
+            "message": _clipped(step.message, 1024),
         }
         for name, value in values.items():
             column = self._file["steps"][name]
