@@ -101,7 +101,7 @@ def _until(model: UntilModel | None, document: Document, place: Place) -> Until 
     """Return what ends a step early."""
     if model is None:
         return None
-    with at(document, (*place, "until")):
+    with at(document, place):
         return Until(**{one.name: getattr(model, one.name) for one in fields(Until)})
 
 

@@ -147,4 +147,5 @@ def _phrase(place: Place, models: Mapping[str, type[Model]]) -> str:
         return {"steps": "a step", "loops": "a whole number"}.get(str(place[-2]), "a name")
     if last in STEPS:
         return "a mapping of fields: " + ", ".join(_fields(place, models))
-    return _fields(place[:-1], models).get(last, "a number or a text" if place[0] == "params" else "a value")
+    free = {"params": "a number or a text", "sweep": "a list of values, such as [0, 0.1]"}
+    return _fields(place[:-1], models).get(last, free.get(str(place[0]), "a value"))

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.values import LEVEL, RATE, AnyRate, Force, Length, Level, Strain, Time, refuse
+from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Length, Level, Strain, Time, refuse
 from app.units import allowed
 from rigs.steps import RUPTURE_DROP, Axis, Channel, Control
 
@@ -107,17 +107,10 @@ class UntilRuptureModel(Model):
     tag: str | None = _TAG
 
 
-def _every(value: object) -> object:
-    """Return the word that ends a schedule, whichever way a file writes it."""
-    return "off" if value is False else value
-
-
 class ImageModel(Model):
     """Take pictures."""
 
-    every: Annotated[Time | Literal["off"], BeforeValidator(_every)] | None = Field(
-        default=None, description="a time between pictures, such as 20 s, or off"
-    )
+    every: Every | None = Field(default=None, description=EVERY)
     tag: str | None = _TAG
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -76,6 +76,19 @@ def _level(value: object) -> object:
     return value
 
 
+EVERY: Final = "a time between pictures, such as 20 s, or off"
+
+
+def _every(value: object) -> float | Literal["off"]:
+    """Return the time between pictures, or the word that ends them."""
+    if value == "off" or value is False:
+        return "off"
+    try:
+        return parse(value, "time")
+    except UnitError as error:
+        raise refuse(EVERY) from error
+
+
 def _switch(value: object) -> object:
     """Return on and off as truth values."""
     return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
@@ -97,6 +110,9 @@ Strain = Annotated[
     float,
     BeforeValidator(partial(_quantity, "strain")),
     WithJsonSchema({"type": ["number", "string"], "description": allowed("strain")}),
+]
+Every = Annotated[
+    float | Literal["off"], PlainValidator(_every), WithJsonSchema({"type": "string", "description": EVERY})
 ]
 AnyRate = Annotated[Rate, PlainValidator(_rate), WithJsonSchema({"type": "string", "description": RATE})]
 Level = Annotated[

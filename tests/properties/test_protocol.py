@@ -13,37 +13,87 @@ from knitlab_core.contact.bonds import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
-from rigs.motion import strokes
-from rigs.protocol import Axis, Cycle, Hold, LogSpec, Preload, Protocol, Ramp, Repeat, SpecimenSpec, Step, Target, Zero
+from rigs.plan import planned_strokes
+from rigs.protocol import (
+    Axis,
+    Cycle,
+    ForceRate,
+    Hold,
+    Image,
+    LogSpec,
+    Preload,
+    Protocol,
+    Ramp,
+    Rate,
+    Repeat,
+    SpecimenSpec,
+    Step,
+    StrainRate,
+    Target,
+    Until,
+    UntilRupture,
+    Zero,
+)
 
 STAGE_AXES: st.SearchStrategy[tuple[Axis, ...]] = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
-SPEEDS = st.floats(1e-9, 1.0)
+WAYS: st.SearchStrategy[Rate] = st.floats(1e-9, 1.0) | st.builds(StrainRate, value=st.floats(1e-9, 100.0))
+FORCE_RATES = st.builds(ForceRate, value=st.floats(1e-9, 1e4))
 LABELS = st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,20}[A-Za-z0-9._-])?", fullmatch=True)
 TAGS = st.none() | LABELS
 STRAINS = st.floats(-0.9, 5.0)
-TARGETS = st.builds(Target, kind=st.just("strain"), value=STRAINS) | st.builds(
-    Target, kind=st.just("displacement"), value=st.floats(-10.0, 10.0)
+LENGTHS = st.floats(-10.0, 10.0)
+FORCES = st.floats(-1e4, 1e4)
+PLACES = st.builds(Target, kind=st.just("strain"), value=STRAINS) | st.builds(
+    Target, kind=st.just("displacement"), value=LENGTHS
 )
 CHANNELS = st.sampled_from([("force",), ("displacement",), ("force", "displacement")])
-RANGES = st.tuples(STRAINS, STRAINS).filter(lambda pair: pair[0] < pair[1])
+TIMES = st.floats(1e-9, 1e7)
+ENDS = st.none() | st.builds(
+    Until,
+    force=st.none() | FORCES,
+    strain=st.none() | STRAINS,
+    displacement=st.none() | LENGTHS,
+    time=TIMES,
+    drop=st.none() | st.floats(1e-6, 1.0),
+)
+WAY = st.sampled_from([None, "strain", "displacement"])
+LEVELS = {"strain": STRAINS, "displacement": LENGTHS, "force": FORCES}
+
+
+def cycles_on(axes: st.SearchStrategy[tuple[Axis, ...]], control: str) -> st.SearchStrategy[Step]:
+    """Return cycles of some axes under one kind of control."""
+    level = LEVELS[control]
+    ends = st.tuples(level, level).filter(lambda pair: pair[0] < pair[1])
+    return st.builds(
+        lambda ends, **rest: Cycle(lower=ends[0], upper=ends[1], **rest),
+        ends=ends,
+        axes=axes,
+        control=st.just(control),
+        rate=FORCE_RATES if control == "force" else WAYS,
+        n=st.integers(1, 5),
+        until=ENDS,
+        tag=TAGS,
+    )
 
 
 def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Step]:
     """Return steps that drive some of the axes of a rig."""
-    cycles = st.builds(
-        lambda axes, ends, rate, n, tag: Cycle(axes=axes, lower=ends[0], upper=ends[1], rate=rate, n=n, tag=tag),
-        axes,
-        RANGES,
-        SPEEDS,
-        st.integers(1, 5),
-        TAGS,
-    )
+    drives = {"axes": axes, "until": ENDS, "tag": TAGS}
+    forced = {**drives, "rate": FORCE_RATES, "control": st.just("force")}
+    loads = st.floats(1e-9, 1e4)
     single = (
         st.builds(Zero, channels=CHANNELS)
-        | st.builds(Preload, axes=axes, force=st.floats(1e-9, 1e4), rate=SPEEDS, tag=TAGS)
-        | st.builds(Ramp, axes=axes, to=TARGETS, rate=SPEEDS, tag=TAGS)
-        | st.builds(Hold, duration=st.floats(1e-9, 1e7), tag=TAGS)
-        | cycles
+        | st.builds(Preload, force=loads, rate=WAYS, control=WAY, **drives)
+        | st.builds(Preload, force=loads, **forced)
+        | st.builds(Ramp, to=PLACES, rate=WAYS, control=WAY, **drives)
+        | st.builds(Ramp, to=st.builds(Target, kind=st.just("force"), value=FORCES), **forced)
+        | st.builds(Hold, duration=TIMES, until=ENDS, tag=TAGS)
+        | st.builds(Hold, duration=TIMES, axes=axes, control=st.sampled_from([None, "strain", "force"]), tag=TAGS)
+        | cycles_on(axes, "strain")
+        | cycles_on(axes, "displacement")
+        | cycles_on(axes, "force")
+        | st.builds(UntilRupture, rate=WAYS, control=WAY, drop=st.floats(1e-6, 1.0), to=st.none() | PLACES, **drives)
+        | st.builds(Image, every=st.none() | st.just("off") | TIMES, tag=TAGS)
     )
     return st.recursive(
         single,
@@ -157,7 +207,7 @@ VOLUMETRIC_SPECIMENS = st.builds(
 STAGES = st.fixed_dictionaries(
     {
         "specimen": SPECIMENS | VOLUMETRIC_SPECIMENS | OWN_SPECIMENS,
-        "others": st.just("hold"),
+        "others": st.sampled_from(["hold", "free", "follow"]),
         "steps": st.lists(steps_on(STAGE_AXES), min_size=1, max_size=4).map(tuple),
     }
 )
@@ -202,13 +252,13 @@ def test_strokes_join_and_keep_their_speed(protocol: Protocol) -> None:
     last: dict[Axis, float] = dict.fromkeys(protocol.axes, 0.0)
     cycle = 1
     try:
-        for stroke in strokes(protocol, {axis: GAUGES[axis] for axis in protocol.axes}):
+        for stroke in planned_strokes(protocol, {axis: GAUGES[axis] for axis in protocol.axes}):
             assert dict(stroke.start) == last
             assert stroke.cycle in {cycle, cycle + 1}
             assert math.isfinite(stroke.duration)
             assert stroke.duration > 0.0 or stroke.phase == "Zero"
-            assert (stroke.start == stroke.end) == (stroke.phase in {"Zero", "Hold"})
-            last, cycle = dict(stroke.end), stroke.cycle
+            assert (stroke.start == stroke.end) == (stroke.phase in {"Zero", "Hold"} or bool(stroke.force))
+            last, cycle = dict(stroke.start if stroke.stop_force is not None else stroke.end), stroke.cycle
     except SpecificationError as error:
         assert "displacement" in str(error)  # noqa: PT017 (steps that add up to nothing between the hooks)
 

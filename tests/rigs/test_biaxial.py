@@ -141,7 +141,7 @@ def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[Rig, State]) 
     assert place_of(stage, int(sites["wale+"][-1])) == "row 2, loop 2"
 
 
-@pytest.mark.parametrize(("part", "name"), [("pole", "friction"), ("carriage", "compliance")])
+@pytest.mark.parametrize(("part", "name"), [("pole", "friction")])
 def test_numbers_that_pins_cannot_honour_are_refused(part: str, name: str, mount_knit: Callable[..., object]) -> None:
     data = read_machine("biaxial-hook")
     held = getattr(data, part)

@@ -112,7 +112,7 @@ def test_a_hold_keeps_the_equilibrium_it_starts_from(happen: Callable[..., Happe
     before, after = ran.rows[-2:]
     assert after.time - before.time == pytest.approx(30.0)
     idle = replace(before, iterations=0, factorisations=0, seconds=0.0)
-    assert after == replace(idle, time=after.time, phase="Hold", tag="still")
+    assert after == replace(idle, time=after.time, phase="Hold", tag="still", step=1)
     assert before.force["C"] > 0.01
 
 

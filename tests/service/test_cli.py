@@ -17,6 +17,8 @@ from tests.synthetic_run import make_run
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from rigs.record import StepRecord
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MAIN_JOB = EXAMPLES / "biaxial_cycle.yaml"
 SMALL = EXAMPLES / "biaxial_small.yaml"
@@ -50,6 +52,7 @@ class Ended:
     message: str = "all steps done"
     folder: Path = Path("runs/x")
     figures: tuple[tuple[str, float, str], ...] = (("stress C at 20 %", 1234.5, "Pa"),)
+    steps: tuple[StepRecord, ...] = ()
 
 
 @pytest.fixture
@@ -59,8 +62,10 @@ def end_with(monkeypatch: pytest.MonkeyPatch) -> Callable[[Ended | BaseException
     def put(end: Ended | BaseException) -> list[object]:
         calls: list[object] = []
 
-        def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], None]) -> Ended:
-            calls.extend([path, out])
+        def run_protocol(
+            path: Path, out: Path | None, progress: Callable[[float, str], None], *, chosen: dict[str, object]
+        ) -> Ended:
+            calls.extend([path, out, *chosen])
             progress(0.5, "halfway")
             if isinstance(end, BaseException):
                 raise end

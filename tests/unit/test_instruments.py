@@ -155,8 +155,8 @@ def test_nothing_can_be_sampled_from_nothing() -> None:
 def test_stage_reads_course_as_x_and_wale_as_y() -> None:
     reads = {channel.name: (channel.reads, channel.unit) for channel in STAGE.channels}
     assert reads == {
-        "XDisplacement": ("displacement_C", "m"),
-        "YDisplacement": ("displacement_W", "m"),
+        "XDisplacement": ("crosshead_C", "m"),
+        "YDisplacement": ("crosshead_W", "m"),
         "XForce": ("force_C", "N"),
         "YForce": ("force_W", "N"),
     }

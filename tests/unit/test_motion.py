@@ -6,18 +6,15 @@ import pytest
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
-from rigs.motion import (
-    PRELOAD_REACH,
-    Stroke,
-    planned_duration,
-    planned_rows,
-    planned_strokes,
-    strokes,
-)
+from rigs.leaves import leaves
+from rigs.motion import PRELOAD_REACH, Planner, Sight, Stroke
+from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
 from rigs.protocol import (
     Axis,
     Cycle,
+    ForceRate,
     Hold,
+    Image,
     LogSpec,
     Preload,
     Protocol,
@@ -25,7 +22,10 @@ from rigs.protocol import (
     Repeat,
     SpecimenSpec,
     Step,
+    StrainRate,
     Target,
+    Until,
+    UntilRupture,
     Zero,
 )
 from rigs.specimen import gauge_lengths
@@ -35,9 +35,14 @@ SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=
 BOTH: tuple[Axis, ...] = ("C", "W")
 
 
-def protocol(*steps: Step, speed_ref: Literal["pair", "grip"] = "pair", rate: float = 10.0) -> Protocol:
+def protocol(
+    *steps: Step,
+    speed_ref: Literal["pair", "grip"] = "pair",
+    rate: float = 10.0,
+    others: Literal["hold", "free", "follow"] = "hold",
+) -> Protocol:
     return Protocol(
-        specimen=SPECIMEN, speed_ref=speed_ref, others="hold", steps=steps, log=LogSpec(rate=rate, noise=False)
+        specimen=SPECIMEN, speed_ref=speed_ref, others=others, steps=steps, log=LogSpec(rate=rate, noise=False)
     )
 
 
@@ -56,7 +61,7 @@ def to_strain(strain: float, *axes: Axis, tag: str | None = None) -> Ramp:
 
 
 def all_strokes(plan: Protocol) -> list[Stroke]:
-    return list(strokes(plan, GAUGES))
+    return planned_strokes(plan, {axis: GAUGES[axis] for axis in plan.axes})
 
 
 def test_axes_driven_together_arrive_together_at_the_rate_of_the_longest_way() -> None:
@@ -86,7 +91,7 @@ def test_where_one_grip_stands_the_rate_of_a_grip_is_that_of_its_pair() -> None:
         for which in ("pair", "grip")
     )
     assert planned_duration(pair, {"W": 0.04}) == planned_duration(grip, {"W": 0.04}) == pytest.approx(80.0)
-    assert next(strokes(pair, {"W": 0.04})).end == {"W": pytest.approx(0.016)}
+    assert all_strokes(pair)[0].end == {"W": pytest.approx(0.016)}
 
 
 def test_a_cycle_is_a_stretch_and_a_recovery_each_time_and_the_set_counts_up() -> None:
@@ -131,18 +136,22 @@ def test_displacement_targets_are_of_the_pair() -> None:
     assert stroke.duration == pytest.approx(3.0)
 
 
-def test_strokes_start_from_what_was_reached() -> None:
-    plan = strokes(
-        protocol(Preload(axes=("C",), force=0.05, rate=1e-4), Zero(), to_strain(0.1, "C")),
-        GAUGES,
-    )
-    preload = next(plan)
+def test_strokes_start_from_what_the_controller_sees() -> None:
+    plan = protocol(Preload(axes=("C",), force=0.05, rate=1e-4), Zero(), to_strain(0.1, "C"))
+    planner, (preload_step, zero_step, ramp_step) = Planner(protocol=plan, gauges=GAUGES), leaves(plan.steps)
+    sight = Sight(displacement={"C": 0.0, "W": 0.0}, force={"C": 0.0, "W": 0.0})
+    course = planner.begin()
+    preload = planner.stroke(preload_step, 0, course, sight)
+    assert preload is not None
     assert (preload.phase, preload.stop_force) == ("Preload", 0.05)
     assert preload.end["C"] == pytest.approx(PRELOAD_REACH * GAUGES["C"])
-    zero = plan.send({"C": 0.001, "W": 0.0})
+    met = Sight(displacement={"C": 0.001, "W": 0.0}, force={"C": 0.05, "W": 0.0})
+    zero = planner.stroke(zero_step, 0, course.after(preload, met), met)
+    assert zero is not None
     assert zero.start == {"C": 0.001, "W": 0.0}
-    ramp = plan.send(zero.end)
+    ramp = planner.stroke(ramp_step, 0, course.after(zero, met), met)
     # The zero moves the origin: 10 % of 50 mm from where the preload ended.
+    assert ramp is not None
     assert ramp.end["C"] == pytest.approx(0.001 + 0.005)
 
 
@@ -172,3 +181,63 @@ def test_hooks_cannot_pass_through_each_other() -> None:
     ramp = Ramp(axes=("W",), to=Target(kind="displacement", value=-0.05), rate=1e-3)
     with pytest.raises(SpecificationError, match="axis W"):
         all_strokes(protocol(ramp))
+
+
+def test_others_follow_with_the_same_strain() -> None:
+    (stroke,) = all_strokes(protocol(to_strain(0.4, "W"), others="follow"))
+    assert stroke.end == {"C": pytest.approx(0.02), "W": pytest.approx(0.016)}
+    # The rate is that of the axis that is named.
+    assert stroke.duration == pytest.approx(0.016 / 2e-4)
+
+
+def test_others_that_give_way_stay_so_while_the_named_axis_is_held() -> None:
+    ramp, hold = all_strokes(protocol(to_strain(0.4, "W"), Hold(duration=1.0), others="free"))
+    assert ramp.free == hold.free == ("C",)
+
+
+def test_a_strain_rate_and_a_force_rate_set_the_time() -> None:
+    strain = Ramp(axes=("C", "W"), to=Target(kind="strain", value=0.4), rate=StrainRate(value=1e-2))
+    force = Ramp(axes=("C",), to=Target(kind="force", value=2.0), rate=ForceRate(value=0.5))
+    back = Cycle(axes=("C",), lower=0.5, upper=1.0, rate=ForceRate(value=0.5), n=1, control="force")
+    plan = all_strokes(protocol(strain, force, back))
+    assert [stroke.duration for stroke in plan] == pytest.approx([40.0, 4.0, 2.0, 1.0])
+    assert [stroke.force for stroke in plan[1:]] == [{"C": (0.0, 2.0)}, {"C": (2.0, 1.0)}, {"C": (1.0, 0.5)}]
+    assert [stroke.phase for stroke in plan] == ["Stretch", "Stretch", "Recover", "Recover"]
+
+
+def test_cycles_after_a_prestrain_open_a_set_of_their_own() -> None:
+    cycle = Cycle(axes=("C",), lower=0.0, upper=0.4, rate=2e-4, n=2)
+    plan = all_strokes(protocol(to_strain(0.2, "W"), cycle))
+    assert [stroke.cycle for stroke in plan] == [1, 2, 2, 3, 3]
+
+
+def test_a_cycle_from_its_upper_end_begins_with_a_recovery() -> None:
+    cycle = Cycle(axes=("C",), lower=0.0, upper=0.4, rate=2e-4, n=2)
+    plan = all_strokes(protocol(to_strain(0.4, "C"), cycle))
+    assert [stroke.phase for stroke in plan] == ["Stretch", "Recover", "Stretch", "Recover"]
+
+
+def test_steps_have_their_places_and_times() -> None:
+    steps = planned_steps(
+        protocol(
+            Repeat(n=2, steps=(Hold(duration=3.0), to_strain(0.1, "C"))),
+            Hold(duration=9.0, until=Until(time=4.0)),
+            UntilRupture(axes=("C",), rate=1e-3),
+        ),
+        GAUGES,
+    )
+    assert [step.leaf.place for step in steps] == [
+        "steps[0].repeat.steps[0].hold",
+        "steps[0].repeat.steps[1].ramp",
+        "steps[0].repeat.steps[0].hold",
+        "steps[0].repeat.steps[1].ramp",
+        "steps[1].hold",
+        "steps[2].until_rupture",
+    ]
+    assert [step.duration for step in steps[:5]] == pytest.approx([3.0, 25.0, 3.0, 0.0, 4.0])
+    assert steps[-1].strokes[0].drop == 0.6
+
+
+def test_pictures_are_counted_over_the_steps() -> None:
+    steps = (Image(), Hold(duration=5.0), Image(every=2.0), Hold(duration=3.0), Hold(duration=3.0), Image(every="off"))
+    assert planned_images(protocol(*steps, Hold(duration=9.0)), GAUGES) == 1 + 1 + 3

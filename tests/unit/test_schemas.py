@@ -56,9 +56,6 @@ BAD = [
     Bad("  loop: 8", "  lop: 8", 6, 3, "specimen.lop: found an unknown field, "),
     Bad("  loop: 8", "  lop: 8", 6, 3, "(did you mean loop?)"),
     Bad("n: 2}", "n: 2, rte: 1}", 16, 69, "steps[2].cycle.rte: found an unknown field"),
-    Bad("params:", "sweep: {pre: [0, 1]}\nparams:", 12, 1, "(sweep is not available yet)"),
-    Bad("n: 2}", "n: 2, control: force}", 16, 69, "(control is not available yet)"),
-    Bad("{strain: ", "{force: 1 N, strain: ", 15, 28, "(force is not available yet)"),
     # What is missing
     Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook or uniaxial-frame"),
     Bad("  loop: 8 mm\n", "", 4, 3, "specimen.loop: found nothing, allowed a length with its unit, such as 8 mm"),
@@ -92,7 +89,7 @@ BAD = [
     Bad("noise: off", "noise: loud", 11, 27, "log.noise: found 'loud', allowed on or off"),
     Bad("[C]", "C", 16, 19, "steps[2].cycle.axes: found 'C', allowed a list of axes"),
     Bad("[C]", "[C, C]", 16, 19, "steps[2].cycle.axes: found a list, allowed one or more of C, W and P, each once"),
-    Bad("{for: 10 s}", "10 s", 17, 11, "steps[3].hold: found '10 s', allowed a mapping of fields: for, tag"),
+    Bad("{for: 10 s}", "10 s", 17, 11, "steps[3].hold: found '10 s', allowed a mapping of fields: for, axes, "),
     Bad(
         '{strain: "${pre}"}', '"${pre}"', 15, 27, "steps[1].ramp.to: found 0.2, allowed a target, such as {strain: 0.4}"
     ),
@@ -101,21 +98,65 @@ BAD = [
         '{strain: "${pre}", displacement: 1 mm}',
         15,
         27,
-        "steps[1].ramp.to: found a mapping, allowed either a strain or",
+        "steps[1].ramp.to: found a mapping, allowed one of strain, displacement and force",
     ),
     Bad("others:", "name: a/b\nothers:", 10, 7, "name: found a/b, allowed up to 64 letters"),
     # Words that are not among the known ones
     Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook or uniaxial-frame (did"),
     Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
-    Bad("others: hold", "others: free", 10, 9, "others: found free, allowed hold on biaxial-hook"),
-    Bad("others: hold", "others: follow", 10, 9, "found 'follow', allowed hold or free (follow is not available yet)"),
+    Bad("others: hold", "others: fre", 10, 9, "others: found 'fre', allowed hold, free or follow (did you mean free?)"),
     Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
     Bad("[C]", "[P]", 16, 19, "steps[2].cycle.axes: found P, allowed what is driven: C and W"),
     Bad("[C]", "[Q]", 16, 20, "steps[2].cycle.axes[0]: found 'Q', allowed C, W or P"),
     Bad("RGD8530-DM", "RGD8350-DM", 7, 13, "specimen.material: found RGD8350-DM, allowed"),
     Bad("plain-knit", "plainknit", 4, 9, "specimen.knit: found plainknit, allowed one of stockinette-default"),
     Bad("hold: {", "hodl: {", 17, 5, "steps[3]: found step 'hodl', allowed a step: zero, preload"),
-    Bad("hold: {", "until_rupture: {", 17, 5, "(until_rupture is not available yet)"),
+    # What is controlled, and at which rate
+    Bad("n: 2}", "n: 2, control: force}", 16, 31, "steps[2].cycle.lower: found 0, allowed a force with its unit, such"),
+    Bad("upper: 40 %", "upper: 8 mm", 16, 41, "found '8 mm', allowed a strain as a pure number or in per cent, such a"),
+    Bad("lower: 0,", "lower: [0],", 16, 31, "steps[2].cycle.lower: found a list, allowed a strain, or with its unit a"),
+    Bad("n: 2}", "n: 2, control: speed}", 16, 78, "control: found 'speed', allowed strain, displacement or force"),
+    Bad("0.2 mm/s}", "0.2 N/s}", 15, 53, "steps[1].ramp.rate: found 0.2 N/s, allowed a speed or a strain rate, for st"),
+    Bad("0.2 mm/s}", "0.2 mm/s, control: force}", 15, 27, "steps[1].ramp.to: found strain with control: force, allowe"),
+    Bad("0, upper: 40 %", "0 N, upper: 1 N, control: force", 16, 70, "rate: found 0.0002 m/s, allowed a force rate, f"),
+    Bad("0.2 mm/s}", "0 /s}", 15, 53, "steps[1].ramp.rate: found '0 /s', allowed a strain rate above 0"),
+    Bad("0.2 mm/s}", "0.2}", 15, 53, "steps[1].ramp.rate: found 0.2, allowed a speed, a strain rate or a force rate"),
+    Bad("{for: 10 s}", "{for: 10 s, control: force}", 17, 11, "steps[3].hold.axes: found nothing, allowed a list of t"),
+    # What ends a step early
+    Bad("0.2 mm/s}", "0.2 mm/s, until: {}}", 15, 70, "steps[1].ramp.until: found nothing, allowed one or more of forc"),
+    Bad("0.2 mm/s}", "0.2 mm/s, until: 2 N}", 15, 70, "steps[1].ramp.until: found '2 N', allowed a mapping of what en"),
+    Bad("0.2 mm/s}", "0.2 mm/s, until: {force: 2}}", 15, 78, "until.force: found 2, allowed a force with its unit"),
+    Bad("0.2 mm/s}", "0.2 mm/s, until: {drop: 120 %}}", 15, 77, "until.drop: found 1.2, allowed a share above 0 and u"),
+    Bad("0.2 mm/s}", "0.2 mm/s, until: {tme: 2 s}}", 15, 71, "until.tme: found an unknown field, allowed force, stra"),
+    Bad("hold: {for: 10 s}", "until_rupture: {axes: [C]}", 17, 20, "steps[3].until_rupture.rate: found nothing, allow"),
+    Bad(
+        "hold: {for: 10 s}",
+        "until_rupture: {axes: [C], rate: 1 mm/s, to: {force: 1 N}}",
+        17,
+        50,
+        "until_rupture.to: found a force, allowed a strain or a displacement",
+    ),
+    Bad(
+        "hold: {for: 10 s}",
+        "until_rupture: {axes: [C], rate: 1 mm/s, control: force}",
+        17,
+        55,
+        "until_rupture.control: found force, allowed strain or displacement: under a controlled force no drop is seen",
+    ),
+    Bad("hold: {for: 10 s}", "image: {every: 20}", 17, 20, "steps[3].image.every: found 20, allowed a time between"),
+    Bad("hold: {for: 10 s}", "image: {every: never}", 17, 20, "steps[3].image.every: found 'never', allowed a time be"),
+    # Sweeps
+    Bad("params:", "sweep: {per: [0, 1]}\nparams:", 12, 9, "sweep.per: found 'per', allowed a name under params: pre "),
+    Bad("params:", "sweep: {pre: []}\nparams:", 12, 14, "sweep.pre: found an empty list, allowed one value or more"),
+    Bad("params:", "sweep: {pre: 1}\nparams:", 12, 14, "sweep.pre: found 1, allowed a list of values"),
+    Bad("params:", "sweep: {pre: [1, 1]}\nparams:", 12, 18, "sweep.pre[1]: found 1, allowed each value once"),
+    Bad(
+        "params:",
+        f"sweep: {{pre: {list(range(10_001))}}}\nparams:",
+        12,
+        8,
+        "sweep: found 10001 points, allowed 10000 points or fewer",
+    ),
     Bad("- hold: {for: 10 s}", "- hold", 17, 5, "steps[3]: found 'hold', allowed a step"),
     Bad("friction: 0.3", "hook: wire", 8, 9, "specimen.hook: found 'wire', allowed pin (wire is not available yet)"),
     # Rigs
@@ -267,7 +308,7 @@ def test_a_bad_protocol_is_one_line_with_its_place(bad: Bad) -> None:
 
 
 def test_there_are_many_ways_to_be_wrong() -> None:
-    assert len(BAD) >= 30
+    assert len(BAD) >= 50
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n", "- 1\n", "42\n"])
@@ -276,7 +317,7 @@ def test_what_is_no_mapping_is_refused(text: str) -> None:
 
 
 def test_the_first_of_several_errors_is_named() -> None:
-    text = GOOD.replace("others: hold", "others: free").replace("loop: 8 mm", "loop: 8 s")
+    text = GOOD.replace("others: hold", "others: fee").replace("loop: 8 mm", "loop: 8 s")
     assert error_of(text).spot.line == 6
 
 
@@ -399,7 +440,7 @@ def test_the_published_schema_knows_every_step() -> None:
     schema = json_schema()
     text = json.dumps(schema)
     assert schema["required"] == ["schema", "rig", "specimen", "speed_ref", "others", "steps"]
-    for step in ("zero", "preload", "ramp", "hold", "cycle", "repeat"):
+    for step in ("zero", "preload", "ramp", "hold", "cycle", "repeat", "until_rupture", "image"):
         assert f'"required": ["{step}"]' in text
 
 
