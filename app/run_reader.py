@@ -126,6 +126,9 @@ class RunReader:
             phase=tuple(PHASES[index] for index in raw["phase"]),
             tag=self._tag_texts(raw["tag"]),
             overloads=tuple(text.decode() for text in table["overloads"][()]),
+            clock_offset=float(table.attrs.get("clock_offset", 0.0)),
+            clock_skew=float(table.attrs.get("clock_skew", 0.0)),
+            delay={name: late for name in names if (late := float(table[name].attrs.get("delay", 0.0))) > 0.0},
         )
 
     def _tag_texts(self, indices: FloatArray) -> tuple[str | None, ...]:

@@ -88,6 +88,8 @@ def to_yaml(protocol: Protocol) -> str:
             "rate": write(protocol.log.rate, "frequency"),
             "noise": "on" if protocol.log.noise else "off",
             "seed": protocol.log.seed,
+            **({} if protocol.log.clock_offset is None else {"clock_offset": write(protocol.log.clock_offset, "time")}),
+            **({} if protocol.log.clock_skew is None else {"clock_skew": protocol.log.clock_skew}),
         },
         "max_strain_increment": protocol.max_strain_increment,
         "steps": [_written(step) for step in protocol.steps],
@@ -103,7 +105,13 @@ def to_yaml(protocol: Protocol) -> str:
 def _log(model: LogModel, document: Document) -> LogSpec:
     """Return how the instruments sample."""
     with at(document, ("log",)):
-        return LogSpec(rate=model.rate, noise=model.noise, seed=model.seed)
+        return LogSpec(
+            rate=model.rate,
+            noise=model.noise,
+            seed=model.seed,
+            clock_offset=model.clock_offset,
+            clock_skew=model.clock_skew,
+        )
 
 
 def _steps(models: Sequence[StepModel], document: Document, place: Place) -> tuple[Step, ...]:

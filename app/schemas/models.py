@@ -36,6 +36,8 @@ class LogModel(Model):
     rate: Frequency = Field(default=10.0, description=allowed("frequency"))
     noise: Switch = Field(default=True, description="on or off")
     seed: int = Field(default=0, description="a whole number from 0")
+    clock_offset: Time | None = Field(default=None, description=allowed("time"))
+    clock_skew: float | None = Field(default=None, description="a number such as 2e-5")
 
 
 class ZeroModel(Model):
