@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
@@ -152,7 +153,7 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
         axes=protocol.axes,
         strands=rig.strands,
         instruments=rig.instruments,
-        provenance=provenance(protocol, data),
+        provenance=provenance(protocol, data) | {"started": datetime.now().astimezone().isoformat(timespec="seconds")},
         materials=loaded.materials,
     ) as writer:
         planned = planned_duration(protocol, rig.gauges)
@@ -183,7 +184,7 @@ def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) ->
     if not len(run.trace):
         return
     progress(TESTED, "writing the log")
-    export_logs(run, folder, name)
+    export_logs(run, folder)
     progress(TESTED, "plotting")
     stress_strain_plot(run, folder / f"{name}_stress_strain.png")
     progress(TESTED, "drawing the knit")

@@ -74,7 +74,8 @@ class Sensor:
     """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m].
 
     Time constant of its low-pass [s], creep of its zero [N/s or m/s] and delay after the clock's tick [s] are None
-    where it has none. Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is not simulated.
+    where it has none. Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is
+    not simulated.
     """
 
     limit: Datum

@@ -127,7 +127,8 @@ def lag(values: FloatArray, step: float, time_constant: float) -> FloatArray:
 
 def drift(values: FloatArray, time: FloatArray, rate: float) -> FloatArray:
     """Add a zero that creeps away from the first sample on at a rate [unit of the channel / s]."""
-    return values + rate * (time - time[0])
+    crept: FloatArray = values + rate * (time - time[0])
+    return crept
 
 
 def add_noise(values: FloatArray, deviation: float, *, seed: int, name: str) -> FloatArray:

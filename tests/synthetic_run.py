@@ -129,7 +129,14 @@ def make_run(
         axes=BOTH,
         strands=[len(knit_nodes(0.0))],
         instruments=[instrument],
-        provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+        provenance={
+            "rig": "biaxial-hook",
+            "seed": 7,
+            "name": "synthetic",
+            "started": "2026-03-04T05:06:07+01:00",
+            "rig.convention.temperature": 22.0,
+            "rig.carriage.compliance": 0.0,
+        },
     ) as writer:
         for one in made:
             writer.append(one)
