@@ -127,7 +127,7 @@ def cyclic(per_stroke: int = 400) -> tuple[list[Phase], FloatArray]:
 
 def test_the_cycle_count_rises_one_per_cent_of_a_stroke_after_the_turnaround() -> None:
     phases, travel = cyclic()
-    log = replace(frame(), time=np.arange(len(phases)) / 10, phase=tuple(phases))
+    log = replace(frame(), time=0.1 * np.arange(float(len(phases))), phase=tuple(phases))
     counts = np.array(cycle_counts(log, travel))
     assert counts[0] == 0
     assert counts[-1] == 2
@@ -191,7 +191,7 @@ def test_displacement_is_corrected_for_the_frame_and_load_for_zero() -> None:
 
 
 def test_no_time_stamp_is_repeated() -> None:
-    fast = replace(indenter(), time=np.arange(4) * 4e-4)
+    fast = replace(indenter(), time=4e-4 * np.arange(4.0))
     channels, _ = LOGS["alemnis"].gather(logged(nanoindenter=fast))
     for name in ("Displacement time", "Load time"):
         assert len(set(channels[name])) == len(channels[name]) == 2
