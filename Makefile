@@ -5,7 +5,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check validate bench format clean
+.PHONY: help demo test check readers validate bench format clean
 
 help:  ## Show what can be made.
 	@sed -n 's/^\([a-z]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
@@ -22,6 +22,9 @@ check: .venv/installed-dev  ## Check format, lint, types and the direction of im
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+readers: .venv/installed-dev  ## Read files of real runs with people's own readers.
+	tests/readers/run.sh $(BIN)/python
+
 validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included.
 	$(BIN)/pytest tests/validation -m "" --quiet $(TESTS)
 
@@ -33,7 +36,7 @@ format: .venv/installed-dev  ## Format the code and apply safe fixes.
 	$(BIN)/ruff check --fix .
 
 clean:  ## Remove what was installed, built and cached here.
-	rm -rf .venv build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-readers build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A stamp that is newer than its sources means: nothing to install.

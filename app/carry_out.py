@@ -223,7 +223,7 @@ def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) ->
     if not len(run.trace):
         return
     progress(TESTED, "writing the log")
-    export_logs(run, folder, name)
+    export_logs(run, folder)
     progress(TESTED, "plotting")
     stress_strain_plot(run, folder / f"{name}_stress_strain.png")
     progress(TESTED, "drawing the knit")

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from app.cli_export import EXPORT_HELP, export
 from app.commands import analyse, plot, sweep
 from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE
 from app.run_commands import resume, run
@@ -34,6 +35,7 @@ knitlab = typer.Typer(
       knitlab preview examples/biaxial_cycle.yaml   the knit: picture, clearance, yarn length
       knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
       knitlab resume runs/biaxial_cycle             go on with a run that was killed
+      knitlab export runs/biaxial_cycle             its log again, in any dialect, locale, unit
       knitlab print examples/biaxial_cycle.yaml     the knit for a 3D printer: checks, STL, 3MF
 
     Results go to stdout, progress to stderr.
@@ -222,6 +224,7 @@ knitlab.command(
     short_help="Put the curves of several runs into one figure.",
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )(plot)
+knitlab.command(short_help="Write a run's log as an instrument would.", epilog=EXPORT_HELP)(export)
 
 
 @knitlab.command(

@@ -46,8 +46,8 @@ def analyse(
     """Print how the steps of a run ended, and its figures: stresses, secant moduli and loop areas of every cycle."""
     from dataclasses import asdict  # noqa: PLC0415
 
-    from app.compare import read_run  # noqa: PLC0415
     from app.figures import figures_of  # noqa: PLC0415
+    from app.run_reader import read_run  # noqa: PLC0415
     from app.tables import figures_data, print_figures, print_json, print_steps  # noqa: PLC0415
 
     found = read_run(run)

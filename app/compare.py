@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from app.report import COLOURS, NAMES, curves_of, finish, stress_label
-from app.run_reader import RunReader
+from app.run_reader import read_run
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.report import Curve
+    from app.run_reader import RunReader
 
 #: Runs on the same axis are told apart by their dashes, in this order.
 DASHES = ("-", "--", "-.", ":")
@@ -28,11 +29,6 @@ class Compared:
     dashes: str
     curve: Curve
     scale: float
-
-
-def read_run(path: Path) -> RunReader:
-    """Open a run by its folder or by its file."""
-    return RunReader(path / "run.h5" if path.is_dir() else path)
 
 
 def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) -> Path:

@@ -2,90 +2,141 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from app.rig_data import read_machine
 from app.run_folder import write_whole
+from app.run_reader import read_run
 from knitlab_core.errors import SpecificationError
-from rigs.logs.biotester import BIOTESTER, biotester_channels
-from rigs.logs.bluehill import BLUEHILL_UNIVERSAL, PLACE, bluehill_channels
+from rigs.bounds import require_label
+from rigs.logs.catalogue import LOGS, defaults
+from rigs.logs.locales import localised
+from rigs.logs.logged import Logged
+from rigs.logs.sheet import write_sheet
+from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
     from app.run_reader import RunReader
-    from rigs.catalogue import MachineName
-    from rigs.instruments import Samples
+    from rigs.logs.logged import Log
 
 
-class Log(NamedTuple):
-    """Describe a log file: the machine that writes it, where it stands for a sample's name, its lines."""
+def export_run(
+    place: Path, *, dialect: str | None = None, locale: str = "en", units: str | None = None, out: Path | None = None
+) -> tuple[Path, ...]:
+    """Write the logs of a run again.
 
-    machine: MachineName
-    place: str
-    lines: Callable[[RunReader, Samples], Iterator[bytes]]
+    Parameters
+    ----------
+    place : Path
+        Its folder, or its ``run.h5``.
+    dialect : str or None
+        One of `LOGS`; None for those that its machines write.
+    locale : str
+        Language of the country whose numbers and dates are written.
+    units : str or None
+        Units other than the dialect's, ``force=mN,length=um``.
+    out : Path or None
+        Where to; None for beside the record.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    FileNotFoundError, FormatError
+        If there is no record of a run.
+    SpecificationError
+        As `export_log`.
+    """
+    run = read_run(place)
+    folder = run.path.parent if out is None else out
+    names = defaults(run.samples) if dialect is None else [dialect]
+    if not names:
+        raise SpecificationError("run.channels", "none", "a run that was sampled to its end")
+    wanted = _units(units)
+    return tuple(export_log(run, folder, name, locale=locale, units=wanted) for name in names)
 
 
-def _biotester(run: RunReader, samples: Samples) -> Iterator[bytes]:
-    channels = biotester_channels(
-        samples,
-        run.size,
-        set_name=str(run.provenance.get("name", "knitlab")),
-        temperature=read_machine("biaxial-hook").convention.temperature.value,
-    )
-    return write_log(BIOTESTER, channels)
+def _units(text: str | None) -> dict[str, str]:
+    """Return units by quantity, as ``force=mN,length=um`` says them."""
+    wanted = {}
+    for part in [] if text is None else text.split(","):
+        quantity, equals, unit = part.strip().partition("=")
+        if not equals:
+            raise SpecificationError("units", part, "quantity=unit, such as force=mN,length=um")
+        wanted[quantity] = unit
+    return wanted
 
 
-def _bluehill_universal(_: RunReader, samples: Samples) -> Iterator[bytes]:
-    return write_log(BLUEHILL_UNIVERSAL, bluehill_channels(samples))
-
-
-LOGS: Mapping[str, Log] = {
-    "biotester": Log("biaxial-hook", "{sample}.csv", _biotester),
-    "bluehill-universal": Log("uniaxial-frame", PLACE, _bluehill_universal),
-}
-"""The logs by their dialect; a machine's first is its default."""
-
-
-def export_logs(run: RunReader, folder: Path, sample: str) -> tuple[Path, ...]:
+def export_logs(run: RunReader, folder: Path) -> tuple[Path, ...]:
     """Write the log of every instrument of a run in its own dialect, under the names that it gives its files."""
-    written = []
-    for machine in run.samples:
-        dialect = next(name for name, log in LOGS.items() if log.machine == machine)
-        written.append(export_log(run, folder / LOGS[dialect].place.format(sample=sample), dialect))
-    return tuple(written)
+    return tuple(export_log(run, folder, dialect) for dialect in defaults(run.samples))
 
 
-def export_log(run: RunReader, path: Path, dialect: str) -> Path:
-    """Write the log of one instrument of a run.
+def export_log(
+    run: RunReader, folder: Path, dialect: str, *, locale: str = "en", units: Mapping[str, str] | None = None
+) -> Path:
+    """Write the log of one instrument of a run, where the instrument would put it.
 
     Parameters
     ----------
     run : RunReader
         The run.
-    path : Path
-        Where the file shall stand; its folder is made.
+    folder : Path
+        Where the instrument's own folders and files shall stand; made if it is not there.
     dialect : str
         One of `LOGS`.
+    locale : str
+        Language of the country whose numbers and dates are written.
+    units : mapping of str to str
+        Units other than the dialect's, by quantity.
 
     Returns
     -------
     Path
-        The same path.
+        The file.
 
     Raises
     ------
     SpecificationError
-        If the dialect is unknown, or the run has no log of its machine: it was cut off before it was sampled, or the
-        machine was no part of its rig.
+        If dialect, locale or units are unknown, or the run has no log of the dialect's machine: it was cut off before
+        it was sampled, or the machine was no part of its rig.
     """
     if dialect not in LOGS:
         raise SpecificationError("dialect", dialect, f"one of {', '.join(LOGS)}")
     log = LOGS[dialect]
-    if log.machine not in run.samples:
-        found = ", ".join(run.samples) or "none"
-        raise SpecificationError("run.channels", found, f"a run on {log.machine} that was sampled to its end")
+    shown = localised(in_units(log.dialect, {} if units is None else units), locale)
+    for machine in log.machines:
+        if machine not in run.samples:
+            found = ", ".join(run.samples) or "none"
+            raise SpecificationError("run.channels", found, f"a run on {machine} that was sampled to its end")
+    test = logged(run)
+    path = folder / log.place.format(sample=test.sample)
     path.parent.mkdir(parents=True, exist_ok=True)
-    return write_whole(path, log.lines(run, run.samples[log.machine]))
+    return _written(replace(log, dialect=shown), test, path)
+
+
+def _written(log: Log, test: Logged, path: Path) -> Path:
+    channels, facts = log.gather(test)
+    if log.kind == "sheet":
+        return write_whole(path, [write_sheet(log.dialect, channels, test.start())])
+    return write_whole(path, write_log(log.dialect, channels, facts))
+
+
+def logged(run: RunReader) -> Logged:
+    """Return a run as its logs see it.
+
+    Raises
+    ------
+    SpecificationError
+        If its name may not name files.
+    """
+    sample = str(run.provenance.get("name", "knitlab"))
+    require_label("run.name", sample)
+    return Logged(sample=sample, size=run.size, samples=run.samples, facts=run.provenance)

@@ -90,7 +90,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
         else:
             channel = {column: name for name, column in logged.reads.items()}
             travel, force = (logged.measured[channel[f"{column}_{axis}"]] for column in ("crosshead", "force"))
-            time, cycle, phase = logged.time, logged.cycle, logged.phase
+            time, cycle, phase = logged.true_time, logged.cycle, logged.phase
             offset = np.stack(list(logged.offset.values()))
         strain, stress = stress_strain(travel, force, axis, size)
         curves.append(

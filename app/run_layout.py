@@ -169,11 +169,12 @@ def _make_channels(file: h5py.File, instrument: Instrument) -> None:
     table = file["channels"].create_group(instrument.name)
     _column(table, "Time", "f8", "s")
     _column(table, "cycle", "i8")
+    table.attrs.update({"clock_offset": instrument.offset, "clock_skew": instrument.skew})
     for kind in ("clean", "offset"):
         table.create_group(kind)
     for channel in instrument.channels:
         for place in (table, table["clean"], table["offset"]):
             _column(place, channel.name, "f8", channel.unit)
-        table[channel.name].attrs["reads"] = channel.reads
+        table[channel.name].attrs.update({"reads": channel.reads, "delay": channel.delay})
     table.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
     _phase_and_tag(table)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from typing import TYPE_CHECKING, cast
 
 import h5py
@@ -137,10 +139,29 @@ class RunReader:
             phase=tuple(PHASES[index] for index in raw["phase"]),
             tag=self._tag_texts(raw["tag"]),
             overloads=tuple(text.decode() for text in table["overloads"][()]),
+            clock_offset=float(table.attrs.get("clock_offset", 0.0)),
+            clock_skew=float(table.attrs.get("clock_skew", 0.0)),
+            delay={name: late for name in names if (late := float(table[name].attrs.get("delay", 0.0))) > 0.0},
         )
 
     def _tag_texts(self, indices: FloatArray) -> tuple[str | None, ...]:
         return tuple(self._tags[int(index)] if 0 <= index < len(self._tags) else None for index in indices)
+
+
+def read_run(path: Path) -> RunReader:
+    """Open a run by its folder or by its file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no record.
+    FormatError
+        If it is not one of a run, or of another layout.
+    """
+    record = path / "run.h5" if path.is_dir() else path
+    if not record.exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(record))
+    return RunReader(record)
 
 
 def _rows(columns: dict[str, FloatArray]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments import Channel, Instrument
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigs.catalogue import MachineName
+    from rigs.protocol import LogSpec
     from rigs.steps import Axis
     from rigs.steps import Channel as Kind
 
@@ -19,6 +20,9 @@ CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
     "uniaxial-frame": {"C": "", "W": "", "P": ""},
 }
 """What stands before `Displacement` and `Force` in the names of an axis' channels."""
+
+REFERENCE: Final[MachineName] = "uniaxial-frame"
+"""The machine whose clock is the rig's where there are two."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,21 +75,33 @@ class Pole:
 class Sensor:
     """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m].
 
-    Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is not simulated.
+    Time constant of its low-pass [s], creep of its zero [N/s or m/s] and delay after the clock's tick [s] are None
+    where it has none. Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is
+    not simulated.
     """
 
     limit: Datum
     noise: Datum
     resolution: Datum
+    lag: Datum | None = None
+    drift: Datum | None = None
+    delay: Datum | None = None
     accuracy: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clock:
-    """Hold the default and the largest rate of the log [Hz]."""
+    """Hold the default and the largest rate of the log [Hz], and how the clock differs from another machine's.
+
+    Offset [s] and skew [1] count where the machine stands beside one that keeps the time (`REFERENCE`). The lead is
+    how long the log begins before the test [s]. Each is None where there is none.
+    """
 
     rate: Datum
     max_rate: Datum
+    offset: Datum | None = None
+    skew: Datum | None = None
+    lead: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,8 +133,41 @@ class MachineData:
     convention: Convention
 
 
+def instruments_of(
+    driven: Mapping[MachineName, Sequence[Axis]], data: Mapping[MachineName, MachineData], log: LogSpec
+) -> tuple[Instrument, ...]:
+    """Put the channels of every machine of a rig on its clock.
+
+    Parameters
+    ----------
+    driven : Mapping
+        The axes that each machine drives.
+    data : Mapping
+        Their numbers.
+    log : LogSpec
+        The rate, and what the protocol says of clocks in place of the numbers.
+
+    Returns
+    -------
+    tuple of Instrument
+        One for each machine.
+    """
+    made = []
+    for machine, axes in driven.items():
+        own = instrument_of(machine, data[machine], axes, log.rate)
+        if len(driven) > 1 and machine != REFERENCE:
+            clock = data[machine].clock
+            own = replace(
+                own,
+                offset=_value(clock.offset) if log.clock_offset is None else log.clock_offset,
+                skew=_value(clock.skew) if log.clock_skew is None else log.clock_skew,
+            )
+        made.append(own)
+    return tuple(made)
+
+
 def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis], rate: float) -> Instrument:
-    """Put the channels of a machine on its clock.
+    """Put the channels of a machine on its clock, which is right.
 
     Parameters
     ----------
@@ -150,11 +199,18 @@ def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis],
             limit=_limit(data, sensor),
             noise=sensor.noise.value,
             resolution=sensor.resolution.value,
+            lag=_value(sensor.lag),
+            drift=_value(sensor.drift),
+            delay=_value(sensor.delay),
         )
         for kind, sensor, unit in parts
         for axis in axes
     )
-    return Instrument(name=machine, channels=channels, rate=rate)
+    return Instrument(name=machine, channels=channels, rate=rate, lead=_value(data.clock.lead))
+
+
+def _value(datum: Datum | None) -> float:
+    return 0.0 if datum is None else datum.value
 
 
 def _limit(data: MachineData, sensor: Sensor) -> float:

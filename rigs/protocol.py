@@ -70,15 +70,24 @@ MAX_STROKES = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogSpec:
-    """Say how the instruments sample: rate [Hz], noise or none, and the noise's seed [1]."""
+    """Say how the instruments sample: rate [Hz], noise or none, and the noise's seed [1].
+
+    On a rig of two machines also what the clock of the one shows when the frame's starts [s], and how much faster it
+    runs [1]; None for what its data file says.
+    """
 
     rate: float = 10.0
     noise: bool = True
     seed: int = 0
+    clock_offset: float | None = None
+    clock_skew: float | None = None
 
     def __post_init__(self) -> None:
         require(0.0 < self.rate <= 1e4, "rate", f"{self.rate:g} Hz", "a frequency above 0 and up to 10 kHz")
         require(0 <= self.seed < 2**63, "seed", self.seed, "a whole number from 0 to 2^63 - 1")
+        offset, skew = self.clock_offset or 0.0, self.clock_skew or 0.0
+        require(abs(offset) <= 3600.0, "clock_offset", f"{offset:g} s", "a time from -3600 s to 3600 s")
+        require(abs(skew) <= 0.01, "clock_skew", f"{skew:g}", "a number from -0.01 to 0.01")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,6 +157,10 @@ class Protocol:
             require(able == list(rig.axes), "knit", f"faces across {_both(able)}", f"faces across {_both(rig.axes)}")
         allowed = " or ".join(", ".join(rig.others).rsplit(", ", 1))
         require(self.others in rig.others, "others", self.others, f"{allowed} on {self.rig}")
+        clocks = len({drive.machine for drive in rig.drives.values()})
+        for name in ("clock_offset", "clock_skew"):
+            said = getattr(self.log, name)
+            require(said is None or clocks > 1, f"log.{name}", said, f"none: {self.rig} has one clock")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
             require(not wrong, place, ", ".join(wrong), f"what is driven: {_both(self.axes)}")

@@ -16,7 +16,7 @@ from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged
 from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
-from rigs.machine import instrument_of
+from rigs.machine import instruments_of
 from rigs.specimen import size_of
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ def mount(
         grips=grips,
         work=work,
         mounted=state.q.copy(),
-        instruments=tuple(instrument_of(name, data[name], axes, protocol.log.rate) for name, axes in driven.items()),
+        instruments=instruments_of(driven, data, protocol.log),
         breaks_at=spec.breaks_at,
         trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )

@@ -80,6 +80,57 @@ def interpolate(time: FloatArray, values: FloatArray, stroke: IntArray, at: Floa
     return result
 
 
+def stamps(time: FloatArray, offset: float, skew: float) -> FloatArray:
+    """Return what a clock shows at some true times: time (1 + skew) + offset [s]."""
+    return time * (1.0 + skew) + offset
+
+
+def true_times(stamped: FloatArray, offset: float, skew: float) -> FloatArray:
+    """Return the true times at which a clock showed some stamps [s]; the inverse of `stamps`."""
+    return (stamped - offset) / (1.0 + skew)
+
+
+def lag(values: FloatArray, step: float, time_constant: float) -> FloatArray:
+    """Pass a signal through a low-pass of first order, T y' + y = x, settled at the first sample.
+
+    The recursion is the exact solution for an x that is straight between its samples::
+
+        y[k+1] = a y[k] + (b - a) x[k] + (1 - b) x[k+1],  a = exp(-h/T),  b = (T/h) (1 - a)
+
+    Parameters
+    ----------
+    values : FloatArray, shape (n,)
+        Signal x at evenly spaced times [unit of the channel].
+    step : float
+        Time h between two samples [s].
+    time_constant : float
+        Time constant T [s]; 0 changes nothing.
+
+    Returns
+    -------
+    FloatArray, shape (n,)
+        Signal y [unit of the channel].
+    """
+    if not time_constant > 0.0:
+        return values
+    from scipy.signal import lfilter  # noqa: PLC0415 (as above)
+
+    ratio = step / time_constant
+    decay = np.exp(-ratio)
+    share = -np.expm1(-ratio) / ratio
+    # A settled past: at rest the filter's memory holds the first sample.
+    memory = np.array([values[0] * share])
+    filtered, _ = lfilter([1.0 - share, share - decay], [1.0, -decay], values, zi=memory)
+    result: FloatArray = filtered
+    return result
+
+
+def drift(values: FloatArray, time: FloatArray, rate: float) -> FloatArray:
+    """Add a zero that creeps away from the first sample on at a rate [unit of the channel / s]."""
+    crept: FloatArray = values + rate * (time - time[0])
+    return crept
+
+
 def add_noise(values: FloatArray, deviation: float, *, seed: int, name: str) -> FloatArray:
     """Add white noise from the stream that belongs to this seed and this channel's name.
 

@@ -133,7 +133,14 @@ def make_run(
             axes=BOTH,
             strands=[len(knit_nodes(0.0))],
             instruments=[instrument],
-            provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic", "started": "2026-11-22T23:59:30+01:00"},
+            provenance={
+                "rig": "biaxial-hook",
+                "seed": 7,
+                "name": "synthetic",
+                "started": "2026-03-04T05:06:07+01:00",
+                "rig.convention.temperature": 22.0,
+                "rig.carriage.compliance": 0.0,
+            },
         )
     ) as writer:
         for one in made:

@@ -78,6 +78,8 @@ def to_yaml(protocol: Protocol) -> str:
             "rate": write(protocol.log.rate, "frequency"),
             "noise": "on" if protocol.log.noise else "off",
             "seed": protocol.log.seed,
+            **({} if protocol.log.clock_offset is None else {"clock_offset": write(protocol.log.clock_offset, "time")}),
+            **({} if protocol.log.clock_skew is None else {"clock_skew": protocol.log.clock_skew}),
         },
         "max_strain_increment": protocol.max_strain_increment,
         "steps": [written_step(step) for step in protocol.steps],
@@ -93,4 +95,10 @@ def to_yaml(protocol: Protocol) -> str:
 def _log(model: LogModel, document: Document) -> LogSpec:
     """Return how the instruments sample."""
     with at(document, ("log",)):
-        return LogSpec(rate=model.rate, noise=model.noise, seed=model.seed)
+        return LogSpec(
+            rate=model.rate,
+            noise=model.noise,
+            seed=model.seed,
+            clock_offset=model.clock_offset,
+            clock_skew=model.clock_skew,
+        )

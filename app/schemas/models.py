@@ -13,7 +13,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.steps import STEP_MODELS, StepModel
-from app.schemas.values import Frequency, Strain, Switch
+from app.schemas.values import Frequency, Strain, Switch, Time
 from app.units import allowed
 from rigs.catalogue import Others, RigName
 from rigs.steps import Axis
@@ -31,6 +31,8 @@ class LogModel(Model):
     rate: Frequency = Field(default=10.0, description=allowed("frequency"))
     noise: Switch = Field(default=True, description="on or off")
     seed: int = Field(default=0, description="a whole number from 0")
+    clock_offset: Time | None = Field(default=None, description=allowed("time"))
+    clock_skew: float | None = Field(default=None, description="a number such as 2e-5")
 
 
 def _materials_branch(value: object) -> str:

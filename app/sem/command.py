@@ -33,7 +33,7 @@ def images(
 
     These are the frames that the protocol took images of; of a run without, those of its picture of the knit.
     """
-    from app.compare import read_run  # noqa: PLC0415 (heavy, as those below)
+    from app.run_reader import read_run  # noqa: PLC0415 (heavy, as those below)
     from app.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415
     from app.tables import Bar  # noqa: PLC0415
 

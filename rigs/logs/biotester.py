@@ -12,29 +12,28 @@ so that the first row, the reference, is kept.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.record import Phase
 
-    from rigs.instruments import Samples
-    from rigs.record import Phase, SpecimenSize
-
-BIOTESTER = Dialect(
+DIALECT: Final = Dialect(
     name="biotester",
     columns=(
         Column(name="SetName", channel="SetName"),
         Column(name="Cycle", channel="Cycle"),
-        Column(name="Time_S", channel="Time", form=".3f"),
+        Column(name="Time_S", channel="Time", unit="s", form=".3f"),
         Column(name="Temperature", channel="Temperature", form=".1f"),
-        Column(name="XSize_um", channel="XSize", scale=1e6, form=".0f"),
-        Column(name="YSize_um", channel="YSize", scale=1e6, form=".0f"),
-        Column(name="XDisplacement_um", channel="XDisplacement", scale=1e6, form=".0f"),
-        Column(name="YDisplacement_um", channel="YDisplacement", scale=1e6, form=".0f"),
-        Column(name="XForce_mN", channel="XForce", scale=1e3, form=".2f"),
-        Column(name="YForce_mN", channel="YForce", scale=1e3, form=".2f"),
+        Column(name="XSize_{unit}", channel="XSize", unit="um", form=".0f"),
+        Column(name="YSize_{unit}", channel="YSize", unit="um", form=".0f"),
+        Column(name="XDisplacement_{unit}", channel="XDisplacement", unit="um", form=".0f"),
+        Column(name="YDisplacement_{unit}", channel="YDisplacement", unit="um", form=".0f"),
+        Column(name="XForce_{unit}", channel="XForce", unit="mN", form=".2f"),
+        Column(name="YForce_{unit}", channel="YForce", unit="mN", form=".2f"),
     ),
 )
 
@@ -50,40 +49,38 @@ def cycle_text(cycle: int, phase: Phase) -> str:
     return f"{max(cycle, 1)}-{'Preload' if phase == 'Zero' else phase}"
 
 
-def biotester_channels(
-    samples: Samples, size: SpecimenSize, *, set_name: str, temperature: float
-) -> dict[str, Sequence[object]]:
-    """Gather what the BioTester's columns show.
-
-    Parameters
-    ----------
-    samples : Samples
-        The stage's log; its x is the course and its y the wale.
-    size : SpecimenSize
-        Gives the initial hook-to-hook distances [m].
-    set_name : str
-        Name of the set where a step has no label of its own.
-    temperature : float
-        Temperature of the bath or the room [°C]; nothing in the model depends on it.
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather what the BioTester's columns show: x is the course, y the wale; the sample's name where a step has none.
 
     Returns
     -------
     dict of str to sequence, each of length n
-        Numbers in SI units (temperature in °C) and texts, for `rigs.logs.writer.write_log`.
+        Numbers in SI units (temperature in °C) and texts.
+    dict
+        No facts.
     """
+    samples = test.samples["biaxial-hook"]
     x, y = samples.measured["XDisplacement"], samples.measured["YDisplacement"]
-    # Zeroing moves the displacement's origin; it does not change the distance between the hooks.
-    x_size = size.extents["C"] + x + samples.offset["XDisplacement"]
-    y_size = size.extents["W"] + y + samples.offset["YDisplacement"]
-    return {
-        "SetName": [tag or set_name for tag in samples.tag],
+    channels = {
+        "SetName": [tag or test.sample for tag in samples.tag],
         "Cycle": [cycle_text(int(cycle), phase) for cycle, phase in zip(samples.cycle, samples.phase, strict=True)],
         "Time": samples.time.tolist(),
-        "Temperature": [temperature] * len(samples.time),
-        "XSize": x_size.tolist(),
-        "YSize": y_size.tolist(),
+        "Temperature": [test.number("rig.convention.temperature")] * len(samples.time),
+        # Zeroing moves the displacement's origin; it does not change the distance between the hooks.
+        "XSize": (test.size.extents["C"] + x + samples.offset["XDisplacement"]).tolist(),
+        "YSize": (test.size.extents["W"] + y + samples.offset["YDisplacement"]).tolist(),
         "XDisplacement": x.tolist(),
         "YDisplacement": y.tolist(),
         "XForce": samples.measured["XForce"].tolist(),
         "YForce": samples.measured["YForce"].tolist(),
     }
+    return channels, {}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=("biaxial-hook",),
+    place="{sample}.csv",
+    gather=gather,
+    about="the biaxial stage's, as CellScale's BioTester",
+)

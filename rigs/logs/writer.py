@@ -1,42 +1,68 @@
-"""Write a table in a dialect: the description says how, the channels say what."""
+"""Write a table in a dialect: the description says how, the values say what.
+
+The one writer of every log that is text. `cells` gives the lines before they are joined, for sheets.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from knitlab_core.errors import SpecificationError
+from rigs.logs.locales import EN, Locale
+from rigs.logs.units import factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class Form:
+    """Describe how a value is printed.
+
+    Attributes
+    ----------
+    form : str or None
+        Format specification of a number, ``.3f``, with a comma where thousands are marked; None for text.
+    unit : str
+        Unit that a number is shown in, one of `rigs.logs.units.UNITS`; empty where it is shown as it is.
+    trimmed : bool
+        Whether zeros that end a number's decimals are left out.
+    quoted : bool
+        Whether it always stands in quotes; if not, only where it must.
+    """
+
+    form: str | None = None
+    unit: str = ""
+    trimmed: bool = False
+    quoted: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column(Form):
     """Describe one column of a log.
 
     Attributes
     ----------
     name : str
-        Heading, byte for byte.
+        Heading, byte for byte; ``{unit}`` stands for the unit.
     channel : str
         Channel that it shows.
-    scale : float
-        Factor from the channel's SI unit to the column's.
-    form : str or None
-        Format specification of a number, ``.3f``; None for text.
-    unit : str or None
-        What stands below the heading; None where no column of the dialect has a unit there.
-    trimmed : bool
-        Whether zeros that end a number's decimals are left out.
+    below : str or None
+        What stands below the heading, with ``{unit}`` too; None where no column of the dialect has a unit there.
     """
 
     name: str
     channel: str
-    scale: float = 1.0
-    form: str | None = None
-    unit: str | None = None
-    trimmed: bool = False
+    below: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fact(Form):
+    """Describe where a fact of the test stands above the table: its name among the facts."""
+
+    fact: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,22 +75,30 @@ class Dialect:
         What users call it.
     columns : tuple of Column
         The columns, in order.
+    preamble : tuple of tuple of (str or Fact)
+        Lines above the headings, field by field; an empty one is a blank line.
     delimiter, line_end, quote : str
         What stands between fields, after lines and, where a text needs it, around a text.
     encoding : str
         Character set.
+    locale : Locale
+        How numbers and dates are written.
     """
 
     name: str
     columns: tuple[Column, ...]
+    preamble: tuple[tuple[str | Fact, ...], ...] = ()
     delimiter: str = ","
     line_end: str = "\r\n"
     quote: str = '"'
     encoding: str = "utf-8"
+    locale: Locale = EN
 
 
-def write_log(dialect: Dialect, channels: Mapping[str, Sequence[object]]) -> Iterator[bytes]:
-    r"""Yield the file line by line: headings, units where the dialect has them, one line a row.
+def write_log(
+    dialect: Dialect, channels: Mapping[str, Sequence[object]], facts: Mapping[str, object] | None = None
+) -> Iterator[bytes]:
+    r"""Yield the file line by line: preamble, headings, units where the dialect has them, one line a row.
 
     Parameters
     ----------
@@ -72,6 +106,8 @@ def write_log(dialect: Dialect, channels: Mapping[str, Sequence[object]]) -> Ite
         The description.
     channels : mapping of str to sequence, each of length n
         Numbers in SI units, or texts, by the channel's name.
+    facts : mapping of str to object
+        Numbers in SI units, texts and dates that the preamble shows.
 
     Yields
     ------
@@ -81,45 +117,65 @@ def write_log(dialect: Dialect, channels: Mapping[str, Sequence[object]]) -> Ite
     Raises
     ------
     SpecificationError
-        If a channel is missing or not as long as the others.
+        If a channel or a fact is missing, or a channel not as long as the others.
 
     Examples
     --------
-    >>> dialect = Dialect(name="d", columns=(Column(name="F_mN", channel="F", scale=1e3, form=".1f"),))
+    >>> dialect = Dialect(name="d", columns=(Column(name="F_{unit}", channel="F", unit="mN", form=".1f"),))
     >>> list(write_log(dialect, {"F": [0.0021]}))
     [b'F_mN\r\n', b'2.1\r\n']
     """
-    for column in dialect.columns:
-        if column.channel not in channels:
-            expected = f"a channel {column.channel!r} for column {column.name!r}"
-            raise SpecificationError(f"log.{dialect.name}", sorted(channels), expected)
-    shown = [channels[column.channel] for column in dialect.columns]
+    for line in cells(dialect, channels, facts):
+        joined = dialect.delimiter.join(_quoted(dialect, form, text) for form, text in line)
+        yield (joined + dialect.line_end).encode(dialect.encoding)
+
+
+def cells(
+    dialect: Dialect, channels: Mapping[str, Sequence[object]], facts: Mapping[str, object] | None = None
+) -> Iterator[list[tuple[Form, str]]]:
+    """Yield the lines of a log field by field: how each is printed, and its text; as `write_log` does."""
+    plain, known = Form(), {} if facts is None else facts
+    for line in dialect.preamble:
+        yield [(plain, part) if isinstance(part, str) else (part, _fact(dialect, part, known)) for part in line]
+    shown = [_channel(dialect, column, channels) for column in dialect.columns]
     if len({len(values) for values in shown}) != 1:
         raise SpecificationError(f"log.{dialect.name}", [len(values) for values in shown], "channels of one length")
-    yield _line(dialect, [column.name for column in dialect.columns])
-    if any(column.unit is not None for column in dialect.columns):
-        yield _line(dialect, [column.unit or "" for column in dialect.columns])
+    yield [(plain, column.name.format(unit=column.unit)) for column in dialect.columns]
+    if any(column.below is not None for column in dialect.columns):
+        yield [(plain, (column.below or "").format(unit=column.unit)) for column in dialect.columns]
     for row in zip(*shown, strict=True):
-        fields = [_field(column, value) for column, value in zip(dialect.columns, row, strict=True)]
-        yield _line(dialect, fields)
+        yield [
+            (column, _text(column, value, dialect.locale)) for column, value in zip(dialect.columns, row, strict=True)
+        ]
 
 
-def _field(column: Column, value: object) -> str:
-    if column.form is None:
+def _channel(dialect: Dialect, column: Column, channels: Mapping[str, Sequence[object]]) -> Sequence[object]:
+    if column.channel not in channels:
+        expected = f"a channel {column.channel!r} for column {column.name!r}"
+        raise SpecificationError(f"log.{dialect.name}", sorted(channels), expected)
+    return channels[column.channel]
+
+
+def _fact(dialect: Dialect, part: Fact, facts: Mapping[str, object]) -> str:
+    if part.fact not in facts:
+        raise SpecificationError(f"log.{dialect.name}", sorted(facts), f"a fact {part.fact!r}")
+    return _text(part, facts[part.fact], dialect.locale)
+
+
+def _text(form: Form, value: object, locale: Locale) -> str:
+    if isinstance(value, datetime):
+        return locale.date(value)
+    if form.form is None:
         return str(value)
-    text = format(float(str(value)) * column.scale, column.form)
-    if column.trimmed and "." in text:
+    text = format(float(str(value)) * factor(form.unit), form.form)
+    if form.trimmed and "." in text:
         text = text.rstrip("0").rstrip(".")
     # Instruments do not print a negative zero.
-    return text.lstrip("-") if not any(digit in text for digit in "123456789") else text
+    text = text.lstrip("-") if not any(digit in text for digit in "123456789") else text
+    return text.translate({ord("."): locale.decimal, ord(","): locale.thousands})
 
 
-def _line(dialect: Dialect, fields: Sequence[str]) -> bytes:
-    special = (dialect.delimiter, dialect.quote, "\r", "\n")
-    quoted = [
-        dialect.quote + text.replace(dialect.quote, 2 * dialect.quote) + dialect.quote
-        if any(mark in text for mark in special)
-        else text
-        for text in fields
-    ]
-    return (dialect.delimiter.join(quoted) + dialect.line_end).encode(dialect.encoding)
+def _quoted(dialect: Dialect, form: Form, text: str) -> str:
+    if form.quoted or any(mark in text for mark in (dialect.delimiter, dialect.quote, "\r", "\n")):
+        return dialect.quote + text.replace(dialect.quote, 2 * dialect.quote) + dialect.quote
+    return text

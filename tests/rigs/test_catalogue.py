@@ -16,6 +16,7 @@ from rigs.instruments import measure
 from rigs.protocol import Protocol, Ramp, SpecimenSpec, Target
 from rigs.record import Equilibrium, Outcome, trace_of
 from rigs.rig import mount
+from rigs.signals import interpolate
 from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def test_a_rig_of_two_machines_is_data_alone(tmp_path: Path) -> None:
             axes=test.axes,
             strands=[len(specimen.nodes)],
             instruments=rig.instruments,
-            provenance={},
+            provenance={"name": "s", "rig.convention.temperature": 22.0},
         )
     ) as writer:
         for row in rows:
@@ -88,11 +89,21 @@ def test_a_rig_of_two_machines_is_data_alone(tmp_path: Path) -> None:
             writer.write_samples(measure(instrument, trace_of(rows), seed=1))
     run = RunReader(tmp_path / "run.h5")
     assert run.trace.axes == ("C", "W", "P")
-    logs = export_logs(run, tmp_path, "s")
-    assert [path.name for path in logs] == ["s.csv", "s_1.csv"]
-    assert [len(path.read_bytes().split(b"\r\n")) for path in logs] == [
-        len(run.samples["biaxial-hook"].time) + k for k in (2, 3)
-    ]
+    logs = export_logs(run, tmp_path)
+    assert [path.name for path in logs] == ["s.csv", "s_1.csv", "s_merged.csv"]
+    stage, frame = (run.samples[name] for name in ("biaxial-hook", "uniaxial-frame"))
+    # The stage was started 0.3 s before the frame, by its data file.
+    assert (stage.time[0], frame.time[0]) == (0.3, 0.0)
+    tables = [[line.split(",") for line in path.read_text().splitlines()] for path in logs]
+    assert [len(table) for table in tables] == [len(stage.time) + 1, len(frame.time) + 2, len(frame.time) + 2]
+    merged = dict(zip(tables[2][0], zip(*tables[2][2:], strict=True), strict=True))
+    assert merged["Time"] == tuple(line[0] for line in tables[1][2:])
+    assert merged["uniaxial-frame.Force"] == tuple(line[2] for line in tables[1][2:])
+    # However late the stage's clock, what is merged is what its encoder felt when the frame was read.
+    columns = run.trace.columns
+    felt = interpolate(columns["time"], columns["displacement_C"], run.trace.strokes(), frame.time)
+    travel = [1e-3 * float(text) for text in merged["biaxial-hook.XDisplacement"]]
+    assert travel == pytest.approx(felt, abs=5e-6)
 
 
 @pytest.mark.usefixtures("joined")

@@ -91,7 +91,7 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
     said = say("--help")
     assert said.code == 0
     assert "knitlab run examples/biaxial_cycle.yaml" in said.out
-    for command in ("check", "preview", "run", "plot", "materials", "schema"):
+    for command in ("check", "preview", "run", "export", "plot", "materials", "schema"):
         assert command in said.out
         assert "knitlab " + command in say(command, "--help").out
 

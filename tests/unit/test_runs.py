@@ -18,6 +18,7 @@ from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.catalogue import MachineName
+from rigs.instruments import Instrument, measure
 from rigs.machine import instrument_of
 from rigs.record import Outcome, trace_of, units
 from tests.synthetic_run import BOTH, SIZE, knit_nodes, make_run, row, rows, stage_instrument
@@ -25,7 +26,7 @@ from tests.synthetic_run import BOTH, SIZE, knit_nodes, make_run, row, rows, sta
 ROOT = Path(__file__).parents[2]
 
 
-def writer(path: Path) -> RunWriter:
+def writer(path: Path, instrument: Instrument | None = None) -> RunWriter:
     return RunWriter(
         make_record(
             path,
@@ -33,7 +34,7 @@ def writer(path: Path) -> RunWriter:
             size=SIZE,
             axes=BOTH,
             strands=[4],
-            instruments=[stage_instrument()],
+            instruments=[stage_instrument() if instrument is None else instrument],
             provenance={"seed": 1},
         )
     )
@@ -183,16 +184,42 @@ def _fail_half_way(path: Path) -> None:
 
 def test_log_is_exported_from_the_record(tmp_path: Path) -> None:
     run = make_run(tmp_path / "run.h5")
-    lines = export_log(run, tmp_path / "new" / "stage.csv", "biotester").read_bytes().split(b"\r\n")
+    path = export_log(run, tmp_path / "new", "biotester")
+    assert path == tmp_path / "new" / "synthetic.csv"
+    lines = path.read_bytes().split(b"\r\n")
     assert lines[0].startswith(b"SetName,Cycle,Time_S")
     assert len(lines) == len(run.samples["biaxial-hook"].time) + 2
     assert lines[1].startswith(b"equibiaxial,1-Preload,0.000,22.0,")
     assert lines[1].endswith(b",0,0,0.00,0.00")
     with pytest.raises(SpecificationError, match="one of biotester"):
-        export_log(run, tmp_path / "x.csv", "none")
+        export_log(run, tmp_path, "none")
+    with pytest.raises(SpecificationError, match="a run on uniaxial-frame"):
+        export_log(run, tmp_path, "bluehill3")
     cut_off = make_run(tmp_path / "cut.h5", sampled=False)
     with pytest.raises(SpecificationError, match="sampled to its end"):
-        export_log(cut_off, tmp_path / "x.csv", "biotester")
+        export_log(cut_off, tmp_path, "biotester")
+
+
+def test_a_record_with_a_name_that_leaves_the_folder_is_refused(tmp_path: Path) -> None:
+    make_run(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file.attrs["name"] = "../../elsewhere"
+    with pytest.raises(SpecificationError, match=r"run\.name: found '\.\./"):
+        export_log(RunReader(tmp_path / "run.h5"), tmp_path, "biotester")
+
+
+def test_clocks_and_delays_are_in_the_record(tmp_path: Path) -> None:
+    instrument = replace(stage_instrument(), offset=0.3, skew=0.01)
+    first, *others = instrument.channels
+    instrument = replace(instrument, channels=(replace(first, delay=0.002), *others))
+    with writer(tmp_path / "run.h5", instrument) as run:
+        for one in rows():
+            run.append(one)
+        run.write_samples(measure(instrument, trace_of(rows()), seed=0))
+    samples = RunReader(tmp_path / "run.h5").samples["biaxial-hook"]
+    assert (samples.clock_offset, samples.clock_skew) == (0.3, 0.01)
+    assert samples.delay == {first.name: 0.002}
+    assert samples.true_time[:2] == pytest.approx([0.0, 0.1 / 1.01])
 
 
 @pytest.mark.parametrize("machine", ["biaxial-hook", "uniaxial-frame"])

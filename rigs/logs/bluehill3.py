@@ -1,0 +1,60 @@
+"""Describe the cyclic raw data of Instron's Bluehill 3.
+
+Documented, by files and readers that laboratories publish: the folder ``<sample>.is_tcyclic_RawData`` with
+``Specimen_RawData_1.csv`` for the first specimen; lines of test facts, the label in quotes; exactly one blank line,
+by which readers find the headings among the first hundred lines; two lines of headings; five decimals; the segment
+identities 22476 outward and 22412 on the return; a total cycle count that starts at 0 and rises about 1 % of a
+stroke after the turnaround; no footer.
+
+Assumed: CRLF ends and no byte-order mark (it is a Windows program); the date of the laboratory's clock as
+day/month/year with twelve hours; a specimen at rest keeps the segment of the stroke before.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from rigs.logs.logged import Log
+from rigs.logs.strokes import cycle_counts, segments
+from rigs.logs.writer import Column, Dialect, Fact
+
+if TYPE_CHECKING:
+    from rigs.logs.logged import Channels, Facts, Logged
+
+DIALECT: Final = Dialect(
+    name="bluehill3",
+    preamble=(
+        ("Text Inputs : Specimen label", Fact(fact="label", quoted=True)),
+        ("General : Start Date", Fact(fact="started")),
+        (),
+    ),
+    columns=(
+        Column(name="Time", channel="Time", below="({unit})", unit="sec", form=".5f"),
+        Column(name="Extension", channel="Extension", below="({unit})", unit="mm", form=".5f"),
+        Column(name="Load", channel="Load", below="({unit})", unit="N", form=".5f"),
+        Column(name="Segment ID", channel="Segment", below="", form=".0f"),
+        Column(name="Total Cycle Count", channel="Count", below="", form=".0f"),
+    ),
+)
+
+
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather crosshead, load cell, segments and cycles of the frame, in SI units."""
+    samples = test.samples["uniaxial-frame"]
+    channels = {
+        "Time": samples.time.tolist(),
+        "Extension": samples.measured["Displacement"].tolist(),
+        "Load": samples.measured["Force"].tolist(),
+        "Segment": segments(samples),
+        "Count": cycle_counts(samples, samples.clean["Displacement"]),
+    }
+    return channels, {"label": test.sample, "started": test.start()}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=("uniaxial-frame",),
+    place="{sample}.is_tcyclic_RawData/Specimen_RawData_1.csv",
+    gather=gather,
+    about="the frame's cycles, as Instron's Bluehill 3",
+)

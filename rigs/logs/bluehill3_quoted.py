@@ -1,0 +1,61 @@
+"""Describe the raw data of a tensile test in Instron's Bluehill 3, with strain and stress, every number in quotes.
+
+Documented, by the files that the package pymechtest is tested with: the fact lines ``Specimen number (included)`` and
+``Specimen ID``, the latter in quotes; one blank line; two lines of headings; five decimals, of strain and stress four;
+every number in quotes, thousands marked inside them; the file's name. The folder ``<sample>.is_tens_RawData`` is that
+of scripts that laboratories publish.
+
+pymechtest finds the columns by "stress" and "strain" in their names; it is told the rows of the identity
+(``id_row=1``) and, blank lines not counted, of the headings (``header=2``).
+
+Assumed: CRLF ends and no byte-order mark; no other fact lines; strain is the crosshead's travel over the initial
+hook-to-hook length, stress the load over the initial width and unit thickness, as the record says.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from rigs.logs.logged import Log, axis_of
+from rigs.logs.writer import Column, Dialect, Fact
+
+if TYPE_CHECKING:
+    from rigs.logs.logged import Channels, Facts, Logged
+
+COLUMNS: Final = (
+    Column(name="Time", channel="Time", below="({unit})", unit="s", form=",.5f", quoted=True),
+    Column(name="Extension", channel="Extension", below="({unit})", unit="mm", form=",.5f", quoted=True),
+    Column(name="Load", channel="Load", below="({unit})", unit="N", form=",.5f", quoted=True),
+    Column(name="Tensile strain (Strain 1)", channel="Strain", below="({unit})", unit="%", form=",.4f", quoted=True),
+    Column(name="Tensile stress", channel="Stress", below="({unit})", unit="MPa", form=",.4f", quoted=True),
+)
+
+DIALECT: Final = Dialect(
+    name="bluehill3-quoted",
+    preamble=(("Specimen number (included)", "1"), ("Specimen ID", Fact(fact="label", quoted=True)), ()),
+    columns=COLUMNS,
+)
+
+
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather crosshead and load cell of the frame, and strain and stress of the specimen, in SI units."""
+    samples = test.samples["uniaxial-frame"]
+    axis = axis_of(samples)
+    travel, load = samples.measured["Displacement"], samples.measured["Force"]
+    channels = {
+        "Time": samples.time.tolist(),
+        "Extension": travel.tolist(),
+        "Load": load.tolist(),
+        "Strain": (travel / test.size.extents[axis]).tolist(),
+        "Stress": (load / test.size.section(axis)).tolist(),
+    }
+    return channels, {"label": test.sample}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=("uniaxial-frame",),
+    place="{sample}.is_tens_RawData/Specimen_RawData_1.csv",
+    gather=gather,
+    about="the frame's with strain and stress, as Instron's Bluehill 3",
+)

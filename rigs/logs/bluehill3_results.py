@@ -1,0 +1,62 @@
+"""Describe the results table of Instron's Bluehill 3 with the raw data below it.
+
+Documented, by readers that laboratories publish: the line ``Results Table 1``; headings, units and one line of values
+for each specimen, the first field its number, without a heading of its own; further down two lines of headings of the
+raw data, the first beginning with ``Time``, and numbers in quotes.
+
+Assumed: which results a method calculates (largest load and extension, and the stress and strain at that load);
+one blank line between table and raw data; the raw block as in ``bluehill3-quoted``; the file's place.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from rigs.logs import bluehill3_quoted
+from rigs.logs.logged import Log
+from rigs.logs.writer import Dialect, Fact
+
+if TYPE_CHECKING:
+    from rigs.logs.logged import Channels, Facts, Logged
+
+DIALECT: Final = Dialect(
+    name="bluehill3-results",
+    preamble=(
+        ("Results Table 1",),
+        (
+            "",
+            "Maximum Load",
+            "Extension at Maximum Load",
+            "Tensile strain at Maximum Load",
+            "Tensile stress at Maximum Load",
+        ),
+        ("", "(N)", "(mm)", "(%)", "(MPa)"),
+        (
+            "1",
+            Fact(fact="Load", unit="N", form=",.5f", quoted=True),
+            Fact(fact="Extension", unit="mm", form=",.5f", quoted=True),
+            Fact(fact="Strain", unit="%", form=",.4f", quoted=True),
+            Fact(fact="Stress", unit="MPa", form=",.4f", quoted=True),
+        ),
+        (),
+    ),
+    columns=bluehill3_quoted.COLUMNS,
+)
+
+
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather the raw data, and the sample of the largest load."""
+    channels, _ = bluehill3_quoted.gather(test)
+    largest = int(np.argmax(test.samples["uniaxial-frame"].measured["Force"]))
+    return channels, {name: values[largest] for name, values in channels.items() if name != "Time"}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=("uniaxial-frame",),
+    place="{sample}.is_tens_Exports/{sample}_1.csv",
+    gather=gather,
+    about="the frame's results table and raw data, as Instron's Bluehill 3",
+)

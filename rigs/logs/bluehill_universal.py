@@ -1,0 +1,46 @@
+"""Describe the log of Instron's Bluehill Universal, the default of the frame.
+
+Documented, by scripts that laboratories publish with their data: the three headings, the line of units below them,
+and the file's place, ``<sample>.is_tcyclic_Exports/<sample>_1.csv`` for the first specimen of a cyclic tensile test.
+
+Assumed, for want of a file of the instrument itself: CRLF ends and no byte-order mark (it is a Windows program);
+up to four decimals, without the zeros that end them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from rigs.logs.logged import Log
+from rigs.logs.writer import Column, Dialect
+
+if TYPE_CHECKING:
+    from rigs.logs.logged import Channels, Facts, Logged
+
+DIALECT: Final = Dialect(
+    name="bluehill-universal",
+    columns=(
+        Column(name="Time", channel="Time", below="({unit})", unit="s", form=".4f", trimmed=True),
+        Column(name="Displacement", channel="Displacement", below="({unit})", unit="mm", form=".4f", trimmed=True),
+        Column(name="Force", channel="Force", below="({unit})", unit="N", form=".4f", trimmed=True),
+    ),
+)
+
+
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather crosshead and load cell of the frame, in SI units."""
+    samples = test.samples["uniaxial-frame"]
+    return {
+        "Time": samples.time.tolist(),
+        "Displacement": samples.measured["Displacement"].tolist(),
+        "Force": samples.measured["Force"].tolist(),
+    }, {}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=("uniaxial-frame",),
+    place="{sample}.is_tcyclic_Exports/{sample}_1.csv",
+    gather=gather,
+    about="the frame's, as Instron's Bluehill Universal",
+)

@@ -1,0 +1,88 @@
+"""Hold what a test left behind that its logs show, and describe a log file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from rigs.instruments import Samples
+    from rigs.logs.writer import Dialect
+    from rigs.record import SpecimenSize
+    from rigs.steps import Axis
+
+Channels: TypeAlias = "Mapping[str, Sequence[object]]"
+Facts: TypeAlias = "Mapping[str, object]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Logged:
+    """Hold a test as its logs see it.
+
+    Attributes
+    ----------
+    sample : str
+        Name of the sample.
+    size : SpecimenSize
+        Turns travel into strain and force into stress.
+    samples : Mapping
+        What each machine logged.
+    facts : Mapping
+        What the test was made with: when it began (``started``), numbers of the machine (``rig.…``).
+    """
+
+    sample: str
+    size: SpecimenSize
+    samples: Mapping[str, Samples]
+    facts: Mapping[str, object]
+
+    def start(self) -> datetime:
+        """Return when the test began, on the clock of the laboratory."""
+        return datetime.fromisoformat(str(self._fact("started")))
+
+    def number(self, name: str) -> float:
+        """Return a number of the machine [SI unit], ``rig.carriage.compliance``."""
+        return float(str(self._fact(name)))
+
+    def _fact(self, name: str) -> object:
+        if name not in self.facts:
+            raise SpecificationError(f"run.{name}", "nothing", "a record that says it")
+        return self.facts[name]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Log:
+    """Describe a log file.
+
+    Attributes
+    ----------
+    dialect : Dialect
+        Its bytes.
+    machines : tuple of str
+        The machines whose samples it shows.
+    place : str
+        Where it stands, for a sample's name.
+    gather : callable
+        Gives the channels, in SI units, and the facts that the dialect shows of a test.
+    about : str
+        What it is, in a few words.
+    kind : {'text', 'sheet'}
+        Whether the file is text or a workbook.
+    """
+
+    dialect: Dialect
+    machines: tuple[str, ...]
+    place: str
+    gather: Callable[[Logged], tuple[Channels, Facts]]
+    about: str
+    kind: Literal["text", "sheet"] = "text"
+
+
+def axis_of(samples: Samples) -> Axis:
+    """Return the axis along which a machine that pulls one axis pulls."""
+    return next(axis for axis in ("C", "W", "P") if any(read.endswith(f"_{axis}") for read in samples.reads.values()))

@@ -1,0 +1,60 @@
+"""Describe the merged log of the triaxial rig: stage and frame in one table, on the frame's clock.
+
+It is knitlab's own, no instrument writes it. Every sample of the frame is a line. The stage's samples are put on the
+frame's clock by the offset and skew of its own that the record holds, and joined by straight lines; before its first
+and after its last sample it stands still. Columns bear the instrument's name; ``biaxial-hook.Time`` is what the
+stage's own clock shows, so that its own file can be found again.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from rigs.logs.logged import Log
+from rigs.logs.writer import Column, Dialect
+
+if TYPE_CHECKING:
+    from rigs.logs.logged import Channels, Facts, Logged
+
+FRAME: Final = "uniaxial-frame"
+STAGE: Final = "biaxial-hook"
+
+
+def _column(name: str, unit: str) -> Column:
+    return Column(name=name, channel=name, below="({unit})", unit=unit, form=".4f", trimmed=True)
+
+
+DIALECT: Final = Dialect(
+    name="triaxial",
+    columns=(
+        _column("Time", "s"),
+        _column(f"{FRAME}.Displacement", "mm"),
+        _column(f"{FRAME}.Force", "N"),
+        _column(f"{STAGE}.Time", "s"),
+        _column(f"{STAGE}.XDisplacement", "mm"),
+        _column(f"{STAGE}.YDisplacement", "mm"),
+        _column(f"{STAGE}.XForce", "N"),
+        _column(f"{STAGE}.YForce", "N"),
+    ),
+)
+
+
+def gather(test: Logged) -> tuple[Channels, Facts]:
+    """Gather the frame's samples, and the stage's at the same moments, in SI units."""
+    frame, stage = test.samples[FRAME], test.samples[STAGE]
+    at, own = frame.true_time, stage.true_time
+    channels = {"Time": frame.time.tolist(), f"{STAGE}.Time": np.interp(at, own, stage.time).tolist()}
+    channels |= {f"{FRAME}.{name}": values.tolist() for name, values in frame.measured.items()}
+    channels |= {f"{STAGE}.{name}": np.interp(at, own, values).tolist() for name, values in stage.measured.items()}
+    return channels, {}
+
+
+LOG: Final = Log(
+    dialect=DIALECT,
+    machines=(FRAME, STAGE),
+    place="{sample}_merged.csv",
+    gather=gather,
+    about="stage and frame of the triaxial rig in one table",
+)

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from rigs.logs.strokes import cycle_counts, segments
+from tests.rigs.hand_made import frame
+
+if TYPE_CHECKING:
+    from rigs.record import FloatArray, Phase
+
+# Phase and samples of it, none for a whole stroke.
+STROKE: tuple[tuple[Phase, int], ...] = (("Stretch", 0), ("Hold", 5), ("Recover", 0))
+
+
+def cyclic(per_stroke: int = 400) -> tuple[list[Phase], FloatArray]:
+    phases: list[Phase] = ["Zero"]
+    way = [0.0]
+    for _ in range(3):
+        for phase, count in STROKE:
+            phases += [phase] * (count or per_stroke)
+        way += list(np.arange(1, per_stroke + 1) / per_stroke) + [1.0] * 5
+        way += list(1.0 - np.arange(1, per_stroke + 1) / per_stroke)
+    return phases, 9e-3 * np.array(way)
+
+
+def test_the_cycle_count_rises_one_per_cent_of_a_stroke_after_the_turnaround() -> None:
+    phases, travel = cyclic()
+    log = replace(frame(), time=0.1 * np.arange(float(len(phases))), phase=tuple(phases))
+    counts = np.array(cycle_counts(log, travel))
+    assert counts[0] == 0
+    assert counts[-1] == 2
+    rises = np.flatnonzero(np.diff(counts)) + 1
+    assert travel[rises] == pytest.approx([0.01 * 9e-3] * 2)
+    assert all(phases[k] == "Stretch" for k in rises)
+    found = np.array(segments(log))
+    assert set(found[np.array(phases) == "Recover"]) == {22412}
+    assert set(found[np.array(phases) != "Recover"]) == {22476}
+    assert np.flatnonzero(np.diff(found)).tolist() == [405, 805, 1210, 1610, 2015]
+
+
+def test_a_test_without_a_return_is_one_cycle() -> None:
+    log = replace(frame(), phase=("Zero",) + ("Stretch",) * 7)
+    assert set(cycle_counts(log, log.clean["Displacement"])) == {0}
+    assert set(segments(log)) == {22476}

@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+from app.cli import main
+from rigs.logs.catalogue import LOGS
+from tests.synthetic_run import make_run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+
+class Said(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    def command(*words: object) -> Said:
+        monkeypatch.setattr(sys, "argv", ["knitlab", "export", *map(str, words)])
+        with pytest.raises(SystemExit) as raised:
+            main()
+        return Said(int(raised.value.code or 0), *capsys.readouterr())
+
+    return command
+
+
+def test_help_lists_every_dialect(say: Callable[..., Said]) -> None:
+    told = say("--help").out
+    for name, log in LOGS.items():
+        assert f"  {name:18}  {log.about}" in told
+
+
+def test_a_run_is_exported_in_any_dialect_locale_and_unit(tmp_path: Path, say: Callable[..., Said]) -> None:
+    make_run(tmp_path / "run.h5")
+    said = say(tmp_path)
+    path = tmp_path / "synthetic.csv"
+    assert said == Said(0, f"log: {path}\n", "")
+    english = path.read_bytes()
+    said = say(
+        tmp_path / "run.h5", "--dialect", "biotester", "--locale", "de", "--units", "force=N", "--out",
+        tmp_path / "new" / "de", "--json",
+    )  # fmt: skip
+    german = tmp_path / "new" / "de" / "synthetic.csv"
+    assert json.loads(said.out) == {"files": [str(german)]}
+    heading, first, *_ = german.read_text(encoding="utf-8").splitlines()
+    assert heading.endswith(";XForce_N;YForce_N")
+    assert first.endswith(";0;0;0,00000;0,00000")
+    assert path.read_bytes() == english
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--dialect", "excel"], "dialect: found 'excel', allowed one of biotester, bluehill-universal"),
+        (["--dialect", "bluehill3"], "run.channels: found 'biaxial-hook', allowed a run on uniaxial-frame"),
+        (["--locale", "tlh"], "locale: found 'tlh', allowed one of en, de, fr"),
+        (["--units", "force"], "units: found 'force', allowed quantity=unit"),
+        (["--units", "force=kg"], "units.force: found 'kg', allowed one of N"),
+    ],
+)
+def test_what_cannot_be_exported_is_said_in_one_line(
+    tmp_path: Path, say: Callable[..., Said], words: list[str], complaint: str
+) -> None:
+    make_run(tmp_path / "run.h5")
+    said = say(tmp_path, *words)
+    assert (said.code, said.out) == (2, "")
+    assert said.err.startswith(complaint)
+    assert said.err.count("\n") == 1
+
+
+def test_a_run_without_samples_or_record_is_said_in_one_line(tmp_path: Path, say: Callable[..., Said]) -> None:
+    said = say(tmp_path)
+    assert (said.code, said.err) == (2, f"{tmp_path / 'run.h5'}: no such file or directory\n")
+    make_run(tmp_path / "run.h5", sampled=False)
+    said = say(tmp_path)
+    assert said.code == 2
+    assert said.err == "run.channels: found 'none', allowed a run that was sampled to its end\n"
