@@ -97,7 +97,7 @@ def test_a_plain_protocol_has_the_labs_defaults() -> None:
         (lambda: Ramp(axes=("C",), to=Target(kind="strain", value=1.0), rate=ForceRate(value=1.0)), "rate"),
         (lambda: StrainRate(value=0.0), "rate"),
         (lambda: ForceRate(value=-1.0), "rate"),
-        (lambda: Until(), "until"),
+        (Until, "until"),
         (lambda: Until(time=0.0), "until.time"),
         (lambda: Until(drop=0.0), "until.drop"),
         (lambda: Until(strain=-1.0), "until.strain"),
