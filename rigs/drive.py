@@ -11,7 +11,6 @@ import numpy as np
 
 from knitlab_core.rods.relaxation import hold_steps
 from rigs.cursor import END
-from rigs.steer import TOLERANCE
 from rigs.way import between
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ def drive(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium |
             if step.share < 1.0 and bench.passes_frame(before):
                 yield bench.frame()
             yield row
-            over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead, TOLERANCE)
+            over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead)
             if over is not None:
                 if not over.test:
                     yield bench.frame()
@@ -85,7 +84,7 @@ def hold(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Equilibrium | 
             share = 1.0 if step is None else step.share
             bench.time = begun + leg.low * stroke.duration + share * duration
             yield bench.stand(stroke) if step is None else bench.accept(step, stroke, bench.crosshead)
-            over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead, TOLERANCE)
+            over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead)
             if over is not None:
                 return over
         if leg.pictured:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from rigs.motion import Stroke
     from rigs.record import End
     from rigs.targets import Axis, Until
+
+
+TOLERANCE: Final = 5e-3
+"""An axis stops within this share of a force that ends its way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,9 +86,7 @@ class Watch:
         """
         return max((excess for excess, _ in self._excesses(memory, shown, crosshead)), default=-inf)
 
-    def met(
-        self, controller: Controller, memory: Memory, crosshead: Mapping[Axis, float], tolerance: float
-    ) -> Ending | None:
+    def met(self, controller: Controller, memory: Memory, crosshead: Mapping[Axis, float]) -> Ending | None:
         """Return the ending of a step at the row that was read last, if something ends it there."""
         stroke, until = self.stroke, self.until
         drops = [drop for drop in (stroke.drop, None if until is None else until.drop) if drop is not None]
@@ -94,7 +96,7 @@ class Watch:
                 fell = f"the force on axis {axis} fell by {1.0 - shown / peak:.0%} below its peak of {peak:.3g} N"
                 return Ending(end="rupture", message=fell)
         for excess, says in self._excesses(memory, memory.shown, crosshead):
-            if excess >= -tolerance:
+            if excess >= -TOLERANCE:
                 return Ending(end="limit", message=says)
         return None
 

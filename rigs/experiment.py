@@ -134,9 +134,16 @@ def _do_step(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, Non
         stroke = planner.stroke(leaf, index, bench.memory.course, sight)
         if stroke is None:
             continue
+        watch = Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges)
+        over = None if bench.cursor.sight is None else watch.met(bench.controller, bench.memory, bench.crosshead)
         if bench.cursor.sight is None:
             bench.begin(sight)
-        ending = yield from _do(bench, stroke, Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges))
+        if over is None:
+            ending = yield from _do(bench, stroke, watch)
+        else:
+            # The row that the test goes on from was the step's last.
+            ending = over
+            yield bench.frame()
         after = bench.memory.course.after(stroke, Sight(displacement=bench.crosshead, force=bench.memory.shown))
         bench.remember(replace(bench.memory, course=after))
         if ending is not None:

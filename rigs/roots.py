@@ -24,6 +24,9 @@ Function: TypeAlias = "Callable[[FloatArray], FloatArray | None]"
 
 MOST_TRIALS: Final = 60
 MOST_RETREATS: Final = 8
+STALLED: Final = 1.0 / 16.0
+"""Where secants overshoot even with this share of a step, derivatives are measured anew."""
+
 NARROW: Final = 1e-9
 """A bracket this share of the box wide holds a jump, not a root."""
 
@@ -139,7 +142,20 @@ def _broyden(function: Function, at: FloatArray, value: FloatArray, slope: Float
             at, value, share = last, found, min(1.0, 2.0 * share)
         else:
             share *= 0.5
+        if share < STALLED:
+            slope, share = _measured(function, at, value, 1e-3 * reach, slope), 1.0
+            last = np.full_like(at, np.nan)
     return None
+
+
+def _measured(function: Function, at: FloatArray, value: FloatArray, way: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the derivatives at a place as short ways show them; what has no values keeps the old ones."""
+    measured = slope.copy()
+    for number, part in enumerate(way):
+        moved = function(at + part * np.eye(len(at))[number])
+        if moved is not None:
+            measured[:, number] = (moved - value) / part
+    return measured
 
 
 def _root(at: float, slope: float, *, met: bool) -> Root:

@@ -201,7 +201,7 @@ class Search:
                 strain = (stands[order.leader] - order.lead) / rig.gauges[order.leader]
                 missed.append(((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6)
             else:
-                bar = PLACE_TOLERANCE * train.compliance * abs(force[axis]) + 1e-9 * rig.gauges[axis]
+                bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + 1e-9 * rig.gauges[axis]
                 beyond = train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)
                 open_ = force[axis] / (FORCE_TOLERANCE * largest + finest)
                 missed.append(min(beyond / bar, open_) if train.gap > 0.0 else beyond / bar)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
+    from rigs.catalogue import Others
     from rigs.machine import MachineData
     from rigs.rig import Rig
     from rigs.steps import Axis
@@ -41,6 +42,9 @@ def mount_knit() -> Callable[..., Mounted]:
         data: MachineData | None = None,
         mount_along: Axis | None = None,
         layers: int | None = None,
+        others: Others = "hold",
+        noise: bool = False,
+        **specimen: Any,  # noqa: ANN401 (handed through)
     ) -> Mounted:
         spec = SpecimenSpec(
             knit="stockinette-default" if layers is None else "volumetric-default",
@@ -48,18 +52,18 @@ def mount_knit() -> Callable[..., Mounted]:
             loops=loops,
             layers=1 if layers is None else layers,
             loop_width=8e-3,
-            material="RGD8530-DM",
             friction=friction,
             nodes_per_loop=24,
+            **{"material": "RGD8530-DM", **specimen},
         )
         protocol = Protocol(
             specimen=spec,
             speed_ref="pair",
             rig="biaxial-hook" if mount_along is None else "uniaxial-frame",
             mount=mount_along,
-            others="hold" if mount_along is None else "free",
+            others=others if mount_along is None else "free",
             steps=steps,
-            log=LogSpec(noise=False),
+            log=LogSpec(noise=noise),
             max_strain_increment=increment,
         )
         machines = machines_of(protocol)

@@ -65,7 +65,7 @@ def test_the_last_place_tried_is_the_one_returned() -> None:
 
     def function(x: FloatArray) -> FloatArray:
         tried.append(x.copy())
-        return np.array([3.0 * x[0] ** 3 + x[1] - 2.0, 5.0 * x[1] + x[0] - 20.0])
+        return np.array([3.0 * x[0] ** 3 + 9.0 * x[0] + x[1] - 2.0, 5.0 * x[1] + x[0] - 20.0])
 
     root = find_root(function, np.zeros(2), np.eye(2), box(-9.0, 9.0, 2))
     assert root is not None
