@@ -53,8 +53,9 @@ def export_logs(run: RunReader, folder: Path, sample: str) -> tuple[Path, ...]:
     """Write the log of every instrument of a run in its own dialect, under the names that it gives its files."""
     written = []
     for machine in run.samples:
-        dialect = next(name for name, log in LOGS.items() if log.machine == machine)
-        written.append(export_log(run, folder / LOGS[dialect].place.format(sample=sample), dialect))
+        dialect = next((name for name, log in LOGS.items() if log.machine == machine), None)
+        if dialect is not None:
+            written.append(export_log(run, folder / LOGS[dialect].place.format(sample=sample), dialect))
     return tuple(written)
 
 

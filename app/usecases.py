@@ -8,13 +8,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
-from app.check import build_specimen
+from app.check import build_specimen, fitted_machines
 from app.export import export_logs
 from app.figures import run_figures
 from app.pictures import knit_frames
 from app.provenance import provenance
 from app.report import stress_strain_plot
-from app.rig_data import machines_of
 from app.run_folder import make_run_folder
 from app.run_reader import RunReader
 from app.runs import RunWriter
@@ -141,7 +140,7 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
     began = perf_counter()
     protocol = loaded.protocol
     specimen = build_specimen(loaded)
-    data = machines_of(protocol)
+    data = fitted_machines(loaded)
     rig, state = mount(specimen, protocol, data)
     folder = make_run_folder(wanted)
     figures: tuple[Figure, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments import Channel, Instrument
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
     "biaxial-hook": {"C": "X", "W": "Y"},
     "uniaxial-frame": {"C": "", "W": "", "P": ""},
+    "nanoindenter": {"P": ""},
 }
 """What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
@@ -47,7 +48,8 @@ class Datum:
 class Carriage:
     """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N].
 
-    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit.
+    The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit; the gap [m]
+    that a gripper crosses before it takes hold of its specimen is None where none is left.
     """
 
     speed: Datum
@@ -56,6 +58,7 @@ class Carriage:
     compliance: Datum
     min_speed: Datum | None = None
     capacity: Datum | None = None
+    gap: Datum | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,17 +105,34 @@ class MachineData:
     ----------
     rig : str
         Name of the machine.
-    carriage, pole, load_cell, encoder, clock, convention : dataclass
+    carriage, load_cell, encoder, clock, convention : dataclass
         The parts.
+    pole : Pole or None
+        None of a machine without hooks.
+    other_cells : tuple of Sensor
+        Load cells that can be fitted in the place of ``load_cell``.
     """
 
     rig: str
     carriage: Carriage
-    pole: Pole
     load_cell: Sensor
     encoder: Sensor
     clock: Clock
     convention: Convention
+    pole: Pole | None = None
+    other_cells: tuple[Sensor, ...] = ()
+
+    @property
+    def cells(self) -> tuple[Sensor, ...]:
+        """Return every load cell that can be fitted, first the one it comes with."""
+        return (self.load_cell, *self.other_cells)
+
+    def fitted(self, capacity: float) -> MachineData | None:
+        """Return the machine with the load cell of a capacity [N] and no other at hand; None if it has no such cell."""
+        for cell in self.cells:
+            if cell.limit.value == capacity:
+                return replace(self, load_cell=cell, other_cells=())
+        return None
 
 
 def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis], rate: float) -> Instrument:

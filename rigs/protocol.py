@@ -86,6 +86,8 @@ class Protocol:
         How the instruments sample.
     rig : RigName
         A rig of the catalogue.
+    load_cell : float or None
+        Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
         Which axis of the specimen stands along the frame; None on a rig that drives every axis it has.
     hook : 'pin'
@@ -103,6 +105,7 @@ class Protocol:
     log: LogSpec = field(default_factory=LogSpec)
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
+    load_cell: float | None = None
     hook: Literal["pin"] = "pin"
     name: str = "test"
     max_strain_increment: float = 0.0125
@@ -131,7 +134,8 @@ class Protocol:
             )
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
-            require(able == list(rig.axes), "knit", f"faces across {_both(able)}", f"faces across {_both(rig.axes)}")
+            found = f"a knit with faces across {_both(self.specimen.axes)}"
+            require(able == list(rig.axes), "knit", found, f"one with faces across {_both(rig.axes)}, which {self.rig} pulls")
         require(self.others == rig.sides, "others", self.others, f"{rig.sides} on {self.rig}")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
@@ -139,4 +143,12 @@ class Protocol:
 
 
 def _both(axes: Sequence[Axis]) -> str:
-    return " and ".join(axes)
+    """Return the names of axes as a sentence has them.
+
+    Examples
+    --------
+    >>> _both(["C"]), _both(["C", "W"]), _both(["C", "W", "P"])
+    ('C', 'C and W', 'C, W and P')
+    """
+    *most, last = axes
+    return f"{', '.join(most)} and {last}" if most else last

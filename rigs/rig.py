@@ -15,8 +15,8 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.section import SOLID, yarn_section
-from rigs.catalogue import arranged
-from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
+from rigs.catalogue import arranged, plated
+from rigs.fixtures import largest_lateral, place, prescribe, pull, grips_on
 from rigs.machine import instrument_of
 from rigs.specimen import size_of
 
@@ -133,12 +133,12 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
         If a yarn that is straight at rest finds no balance in its knit.
     """
     for numbers in data.values():
-        _require_zero("pole.friction", numbers.pole.friction)
-        _require_zero("carriage.compliance", numbers.carriage.compliance)
+        if numbers.pole is not None:
+            _require_zero("pole.friction", numbers.pole.friction)
     spec = protocol.specimen
     model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
-    grips = {axis: sliding_pins(specimen, axis, drive) for axis, drive in drives.items()}
+    grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
     for pair in grips.values():
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
@@ -147,7 +147,9 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
         *_, (_, state, _) = knit_in(work, state)
     rig = Rig(
         specimen=specimen,
-        size=size_of(specimen, thickness=next(iter(data.values())).convention.thickness.value),
+        size=size_of(
+            specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
+        ),
         grips=grips,
         work=work,
         mounted=state.q.copy(),

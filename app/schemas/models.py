@@ -20,9 +20,7 @@ from rigs.steps import Axis, Channel
 SCHEMA: Final = "knitlab/protocol@1"
 
 # In the design of the protocol language, but not yet honoured by a rig.
-NOT_YET: Final = frozenset(
-    {"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire"} | {"triaxial", "microgripper"}
-)
+NOT_YET: Final = frozenset({"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire"})
 _AXES = Field(description="a list of axes, such as [C, W]")
 _SPEED = Field(description=allowed("speed"))
 _STRAIN = Field(description=allowed("strain"))
@@ -165,11 +163,12 @@ class ProtocolModel(Model):
 
     schema_id: Literal["knitlab/protocol@1"] = Field(alias="schema", description=SCHEMA)
     name: str | None = Field(default=None, description="a short text")
-    rig: RigName = Field(description="biaxial-hook or uniaxial-frame")
+    rig: RigName = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
     mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(description="pair or grip")
-    others: Sides = Field(description="hold on biaxial-hook, free on uniaxial-frame")
+    load_cell: Force | None = Field(default=None, description="a load cell of the frame: 500 N, 1 kN or 2 kN")
+    others: Sides = Field(description="hold on biaxial-hook and triaxial, free on uniaxial-frame and sem-microgripper")
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     materials: Annotated[
         Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, MaterialModel], Tag(f"{BRANCH}here")],
