@@ -10,6 +10,7 @@ from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
+from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
@@ -157,7 +158,7 @@ def march(
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
-    Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
+    Where the shortest step finds none, strands snap: they come to rest with the fixtures at its end. Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------
@@ -177,14 +178,18 @@ def march(
     Raises
     ------
     ConvergenceError
-        If a step cut to `SMALLEST_STEP` of the longest still finds no equilibrium.
+        If a step cut to `SMALLEST_STEP` of the longest still finds no equilibrium, and what snaps comes to no rest.
     """
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
     at, step = 0.0, whole
 
     def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
-        return advance(work, origin, path(end), options, duration=duration * (end - begin))
+        span = duration * (end - begin)
+        found, report = advance(work, origin, path(end), options, duration=span)
+        if found is None and step < 2.0 * SMALLEST_STEP * whole and np.isfinite(report.residual):
+            return _snap(work, origin, path(end), options, span)
+        return found, report
 
     while at < 1.0:
         to = _next(at, step)
@@ -206,6 +211,18 @@ def march(
         # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
         if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)
+
+
+def _snap(
+    work: Workspace, state: State, target: FloatArray, options: Options | None, duration: float
+) -> tuple[State | None, Report]:
+    """Go to a target that has no equilibrium near the last one; time passes on the first move alone."""
+    brisk = replace(options or Options(), max_iterations=BRISK.max_iterations)
+
+    def move(begun: State) -> tuple[State | None, Report]:
+        return advance(work, begun, target, brisk, duration=duration if begun is state else 0.0)
+
+    return come_to_rest(work, move, state, drag=THICK)
 
 
 def _next(at: float, step: float) -> float:
