@@ -135,7 +135,12 @@ class Protocol:
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
             found = f"a knit with faces across {_both(self.specimen.axes)}"
-            require(able == list(rig.axes), "knit", found, f"one with faces across {_both(rig.axes)}, which {self.rig} pulls")
+            require(
+                able == list(rig.axes),
+                "knit",
+                found,
+                f"one with faces across {_both(rig.axes)}, which {self.rig} pulls",
+            )
         require(self.others == rig.sides, "others", self.others, f"{rig.sides} on {self.rig}")
         for place, axes in axes_of(self.steps):
             wrong = [axis for axis in axes if axis not in self.axes]
