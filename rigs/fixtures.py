@@ -1,8 +1,8 @@
 """Hold the yarn at its boundary: which unknowns a carriage prescribes, where it puts them, what it feels.
 
 A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
-a plate that loops are fused into holds every unknown of all their nodes inside it. Wire hooks are bodies that touch the yarn by contact
-and will stand beside it. All arrays here are in the solver's units.
+a plate that loops are fused into holds every unknown of all their nodes inside it. Wire hooks are bodies that touch
+the yarn by contact and will stand beside it. All arrays here are in the solver's units.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged, plated
-from rigs.fixtures import largest_lateral, place, prescribe, pull, grips_on
+from rigs.fixtures import grips_on, largest_lateral, place, prescribe, pull
 from rigs.machine import instrument_of
 from rigs.specimen import size_of
 

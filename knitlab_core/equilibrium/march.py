@@ -158,7 +158,8 @@ def march(
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
-    Where the shortest step finds none, strands snap: they come to rest with the fixtures at its end. Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
+    Where the shortest step finds none, strands snap: they come to rest with the fixtures at its end. Fused points
+    break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------

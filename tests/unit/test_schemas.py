@@ -60,7 +60,7 @@ BAD = [
     Bad("n: 2}", "n: 2, control: force}", 16, 69, "(control is not available yet)"),
     Bad("{strain: ", "{force: 1 N, strain: ", 15, 28, "(force is not available yet)"),
     # What is missing
-    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook or uniaxial-frame"),
+    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook, uniaxial-frame, tri"),
     Bad("  loop: 8 mm\n", "", 4, 3, "specimen.loop: found nothing, allowed a length with its unit, such as 8 mm"),
     Bad("others: hold\n", "", 1, 1, "others: found nothing, allowed hold"),
     Bad(", rate: 0.2 mm/s, n: 2", ", n: 2", 16, 12, "steps[2].cycle.rate: found nothing, allowed a speed"),
@@ -105,8 +105,8 @@ BAD = [
     ),
     Bad("others:", "name: a/b\nothers:", 10, 7, "name: found a/b, allowed up to 64 letters"),
     # Words that are not among the known ones
-    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook or uniaxial-frame (did"),
-    Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
+    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook, uniaxial-frame, triaxial"),
+    Bad("rig: biaxial-hook", "rig: triaxial", 4, 9, "knit: found a knit with faces across C and W, allowed one with"),
     Bad("others: hold", "others: free", 10, 9, "others: found free, allowed hold on biaxial-hook"),
     Bad("others: hold", "others: follow", 10, 9, "found 'follow', allowed hold or free (follow is not available yet)"),
     Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
