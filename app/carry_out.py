@@ -8,7 +8,7 @@ from datetime import datetime
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
-from app.check import build_specimen
+from app.check import build_specimen, fitted_machines
 from app.checkpoint import CHECKPOINT, Keeper, Origin
 from app.export import export_logs
 from app.figures import run_figures
@@ -16,7 +16,6 @@ from app.journal import TESTED, Journal
 from app.pictures import knit_frames
 from app.provenance import provenance
 from app.report import stress_strain_plot
-from app.rig_data import machines_of
 from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
@@ -116,14 +115,14 @@ def make_task(loaded: Loaded, folder: Path, began: float, progress: Progress, wa
         name=loaded.protocol.name,
         protocol=loaded.text,
         materials=loaded.materials,
-        facts=provenance(loaded.protocol, machines_of(loaded.protocol)),
+        facts=provenance(loaded.protocol, fitted_machines(loaded)),
     )
     return Task(loaded=loaded, folder=folder, origin=origin, began=began, progress=progress, watch=watch)
 
 
 def put_up(loaded: Loaded) -> tuple[Rig, State]:
     """Mount the specimen of a protocol."""
-    return mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
+    return mount(build_specimen(loaded), loaded.protocol, fitted_machines(loaded))
 
 
 def from_start(task: Task, rig: Rig, state: State) -> RunResult:
@@ -150,7 +149,7 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
 def go_on(task: Task, saved: Saved) -> RunResult:
     """Go on with a test from a checkpoint."""
     protocol, checkpoint = task.loaded.protocol, saved.checkpoint
-    laid, _ = mount(build_specimen(task.loaded), protocol, machines_of(protocol), relaxed=False)
+    laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
     rig = put_back(laid, checkpoint)
     task = replace(task, began=task.began - saved.seconds)
     with RunWriter(task.record, saved.lengths) as writer:

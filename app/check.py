@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
-from rigs.catalogue import arranged
+from rigs.catalogue import arranged, plated
 from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.specimen import gauge_lengths, make_specimen
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.schemas import Loaded
+    from rigs.catalogue import MachineName
     from rigs.machine import MachineData
     from rigs.motion import Stroke
     from rigs.plan import Planned
@@ -102,8 +103,22 @@ def build_specimen(loaded: Loaded) -> Specimen:
         raise loaded.locate(error) from error
 
 
-def describe(specimen: Specimen) -> SpecimenFacts:
-    """Return what is known of a specimen before any physics."""
+def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
+    """Return the numbers of the machines of a protocol's rig.
+
+    Raises
+    ------
+    ProtocolError
+        If none of them has the load cell that it asks for, with the place in the file.
+    """
+    try:
+        return machines_of(loaded.protocol)
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+
+
+def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
+    """Return what is known of a specimen before any physics; faces of some axes may be printed into plates."""
     stitch, budget = specimen.stitch, None
     if isinstance(stitch, Stitch):
         # Loose fibres make room for each other: what takes yarn at crossings is the yarn as thick as its material.
@@ -115,7 +130,7 @@ def describe(specimen: Specimen) -> SpecimenFacts:
         yarn_length=specimen.yarn_length,
         clearance=specimen.clearance,
         fibre_radius=specimen.radius,
-        gauge_lengths=gauge_lengths(specimen),
+        gauge_lengths=gauge_lengths(specimen, plated),
         locking_strain=budget,
     )
 
@@ -129,7 +144,7 @@ def dry_run(loaded: Loaded) -> Plan:
         If the specimen cannot exist or the log would be too long.
     """
     protocol = loaded.one_test().protocol
-    facts = describe(build_specimen(loaded))
+    facts = describe(build_specimen(loaded), plated(protocol.rig))
     lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
     try:
         steps = planned_steps(protocol, lengths)
@@ -151,7 +166,7 @@ def dry_run(loaded: Loaded) -> Plan:
         warnings=[
             *_budget_warning(largest, facts.locking_strain),
             *_fusing_warning(protocol.specimen, facts.clearance),
-            *_limit_warnings(protocol, planned),
+            *_limit_warnings(protocol, fitted_machines(loaded), planned),
         ],
     )
 
@@ -185,11 +200,13 @@ def _fusing_warning(spec: SpecimenSpec, clearance: float) -> list[str]:
     ]
 
 
-def _limit_warnings(protocol: Protocol, planned: Sequence[Stroke]) -> list[str]:
+def _limit_warnings(
+    protocol: Protocol, machines: Mapping[MachineName, MachineData], planned: Sequence[Stroke]
+) -> list[str]:
     """Return a warning for each limit of the rig's machines that would be passed."""
     drives = arranged(protocol.rig, protocol.mount)
     warnings = []
-    for machine, data in machines_of(protocol).items():
+    for machine, data in machines.items():
         axes = [axis for axis, drive in drives.items() if drive.machine == machine]
         warnings += _machine_warnings(data, axes, planned)
         if protocol.log.rate > data.clock.max_rate.value:

@@ -67,8 +67,9 @@ def plot(
     by_modulus: Annotated[
         bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
     ] = False,
+    axis: Annotated[Literal[C, W, P] | None, typer.Option(help="Draw one axis alone.")] = None,
 ) -> None:
     """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
     from app.compare import compare_runs  # noqa: PLC0415
 
-    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus)}\n")
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus, axis=axis)}\n")

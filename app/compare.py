@@ -15,9 +15,13 @@ if TYPE_CHECKING:
 
     from app.report import Curve
     from app.run_reader import RunReader
+    from rigs.steps import Axis
 
 #: Runs on the same axis are told apart by their dashes, in this order.
 DASHES = ("-", "--", "-.", ":")
+
+#: Where one axis alone is drawn its runs are told apart by these, of Okabe and Ito's palette.
+INKS = ("#009E73", "#0072B2", "#D55E00", "#CC79A7", "#000000")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,8 +35,8 @@ class Compared:
     scale: float
 
 
-def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) -> Path:
-    """Plot stress over strain of every driven axis of several runs.
+def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, axis: Axis | None = None) -> Path:
+    """Plot stress over strain of several runs.
 
     Parameters
     ----------
@@ -42,6 +46,8 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) 
         Where the figure shall stand; its suffix chooses the format.
     by_modulus : bool
         Divide the stress by Young's modulus of the run's yarn.
+    axis : Axis or None
+        Draw this axis alone; None for every one that was driven.
 
     Returns
     -------
@@ -51,16 +57,19 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) 
     Raises
     ------
     SpecificationError
-        If there is no run, or a run has no row.
+        If there is no run, or a run has no row, or none drove the axis.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
 
     runs = [read_run(path) for path in paths]
     if not runs:
         raise SpecificationError("runs", 0, "at least one run to plot")
+    lines = compared(runs, by_modulus=by_modulus, axis=axis)
+    if not lines:
+        raise SpecificationError("axis", axis or "none", "an axis that a run drove")
     figure = Figure(figsize=(7.4, 5.4), layout="constrained")
     axes = figure.subplots()
-    for one in compared(runs, by_modulus=by_modulus):
+    for one in lines:
         label: str | None = one.label
         # Noise on a stress that is yet nought would hide behind no line: every branch is drawn.
         for cycle, style, rows in one.curve.branches():
@@ -76,14 +85,16 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False) 
     return finish(figure, [axes], out)
 
 
-def compared(runs: Sequence[RunReader], *, by_modulus: bool) -> list[Compared]:
-    """Return what is drawn; runs that pull the same axis get dashes of their own."""
+def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None = None) -> list[Compared]:
+    """Return what is drawn; runs that pull the same axis get dashes of their own, or inks where it stands alone."""
     lines: list[Compared] = []
     for run in runs:
         name = str(run.provenance.get("name", run.path.parent.name))
         scale = 1.0 / float(str(run.provenance["material.young_modulus"])) if by_modulus else 1e-3
         for curve in curves_of(run):
-            colour = COLOURS[curve.axis]
+            if axis not in {None, curve.axis}:
+                continue
+            colour = COLOURS[curve.axis] if axis is None else INKS[len(lines) % len(INKS)]
             same = sum(line.colour == colour for line in lines)
             lines.append(
                 Compared(

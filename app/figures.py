@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Figure: TypeAlias = tuple[str, float, str]
 
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
-LOST = ("friction_work", "viscous_work", "fracture_work", "bond_released")
+LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
 
 
 def run_figures(

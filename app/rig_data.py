@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass, replace
 from importlib.resources import files
 from types import NoneType
-from typing import TYPE_CHECKING, get_args, get_type_hints
+from typing import TYPE_CHECKING, get_args, get_origin, get_type_hints
 
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
-from knitlab_core.errors import FormatError
+from knitlab_core.errors import FormatError, SpecificationError
 from rigs.catalogue import arranged
 from rigs.machine import MachineData
 
@@ -24,9 +24,24 @@ if TYPE_CHECKING:
 
 
 def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
-    """Return the numbers of every machine of a protocol's rig."""
+    """Return the numbers of every machine of a protocol's rig, with the load cell that it asks for.
+
+    Raises
+    ------
+    SpecificationError
+        If no machine has that load cell.
+    """
     names = {drive.machine: None for drive in arranged(protocol.rig, protocol.mount).values()}
-    return {name: read_machine(name) for name in names}
+    machines = {name: read_machine(name) for name in names}
+    wanted = protocol.load_cell
+    if wanted is None:
+        return {name: replace(data, other_cells=()) for name, data in machines.items()}
+    fitted = {name: data.fitted(wanted) for name, data in machines.items() if data.other_cells}
+    if not any(fitted.values()):
+        allowed = [f"{cell.limit.value:g} N" for name in fitted for cell in machines[name].cells]
+        has = f"one of {', '.join(allowed)}" if allowed else f"none: {protocol.rig} has load cells of its own"
+        raise SpecificationError("load_cell", f"{wanted:g} N", has)
+    return {name: fitted.get(name) or replace(data, other_cells=()) for name, data in machines.items()}
 
 
 def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
@@ -75,6 +90,9 @@ def read_numbers(kind: type, source: Traversable) -> object:
 def _build(kind: type, found: object, name: str, line: int) -> object:
     if is_dataclass(kind):
         return _build_dataclass(kind, found, name, line)
+    if get_origin(kind) is tuple and isinstance(found, CommentedSeq):
+        (part, _) = get_args(kind)
+        return tuple(_build(part, one, name, found.lc.item(number)[0] + 1) for number, one in enumerate(found))
     if kind is float and isinstance(found, int | float) and not isinstance(found, bool):
         return float(found)
     if kind in (str, bool) and isinstance(found, kind):
@@ -100,4 +118,6 @@ def _build_dataclass(kind: type, found: object, name: str, line: int) -> object:
 
 def _given(hint: type) -> type:
     """Return the type of a field that is there: of one that may be left out, without the None."""
+    if get_origin(hint) is tuple:
+        return hint
     return next((part for part in get_args(hint) if part is not NoneType), hint)

@@ -166,6 +166,7 @@ class Bench:
             external_work=unit * step.state.external_work,
             viscous_work=unit * step.state.viscous_work,
             fracture_work=unit * step.state.fracture_work,
+            snap_work=unit * step.state.snap_work,
             bond_energy=unit * step.state.bonds.energy,
             bond_released=unit * step.state.bonds.released,
             bonds_whole=whole,

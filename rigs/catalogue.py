@@ -5,7 +5,7 @@ A rig is data. The functions of `rigs.rig` put the same parts together for all o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
     from rigs.steps import Axis
 
-RigName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame"]
-MachineName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame"]
+RigName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "triaxial", "sem-microgripper"]
+MachineName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "nanoindenter"]
 Sides: TypeAlias = Literal["hold", "free"]
 Others: TypeAlias = Literal["hold", "free", "follow"]
+Fixture: TypeAlias = Literal["hooks", "plates"]
 Held: TypeAlias = tuple[bool, bool, bool, bool]
 
 
@@ -34,9 +35,11 @@ class Drive:
     cell : (float, float)
         Share of each carriage's pull in what the load cell of the axis shows [1].
     held : tuple of bool
-        Which of x, y, z and the edge's angle a hook prescribes to its node.
-    pole : Axis
-        Direction of the poles, along which hooks slide freely.
+        Which of x, y, z and the edge's angle it prescribes to the nodes that it holds.
+    fixture : {'hooks', 'plates'}
+        Whether it holds the boundary sites of its face by hooks, or by a plate all that is printed into one.
+    pole : Axis or None
+        Direction of the poles, along which hooks slide freely; None for a plate.
     anchored : bool
         Whether the middle hook of the first carriage is tied to its pole. Nothing else holds a specimen with free
         sides against moving along the poles as a whole; the hook carries no force there.
@@ -46,8 +49,9 @@ class Drive:
     travel: tuple[float, float]
     cell: tuple[float, float]
     held: Held
-    pole: Axis
-    anchored: bool
+    fixture: Fixture = "hooks"
+    pole: Axis | None = None
+    anchored: bool = False
 
     @property
     def moving(self) -> int:
@@ -92,36 +96,41 @@ _ACROSS: Final[Mapping[Axis, tuple[Held, Axis]]] = {
     "P": ((False, True, True, False), "C"),
 }
 
+#: Where all three axes are driven poles spread as well, and a hook holds the pull alone (decision 12).
+_ALONG: Final[Mapping[Axis, tuple[Held, Axis]]] = {
+    axis: ((axis == "C", axis == "W", axis == "P", False), pole) for axis, (_, pole) in _ACROSS.items()
+}
 
-def _drives(
-    *axes: Axis, machine: MachineName, travel: tuple[float, float], cell: tuple[float, float], anchored: bool
-) -> Mapping[Axis, Drive]:
-    """Return like drives for some axes, the hooks of each on poles that lie across it."""
-    return {
-        axis: Drive(
-            machine=machine,
-            travel=travel,
-            cell=cell,
-            held=_ACROSS[axis][0],
-            pole=_ACROSS[axis][1],
-            anchored=anchored,
-        )
-        for axis in axes
-    }
+#: Carriages that move symmetrically about the specimen's centre, a load cell that reads both.
+_STAGE: Final = Drive(machine="biaxial-hook", travel=(0.5, 0.5), cell=(0.5, 0.5), held=(False,) * 4)
+
+#: The lower clamp stands, the crosshead carries the upper one and the load cell above it.
+_FRAME: Final = Drive(machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(False,) * 4)
+
+
+def _hung(drive: Drive, hooks: Mapping[Axis, tuple[Held, Axis]], *axes: Axis) -> dict[Axis, Drive]:
+    """Return like drives for some axes, each with the hooks and poles that belong to its faces."""
+    return {axis: replace(drive, held=hooks[axis][0], pole=hooks[axis][1]) for axis in axes}
 
 
 CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(
     {
-        # Carriages that move symmetrically about the specimen's centre, a load cell that reads both.
-        "biaxial-hook": Arrangement(
-            drives=_drives("C", "W", machine="biaxial-hook", travel=(0.5, 0.5), cell=(0.5, 0.5), anchored=False),
-            mounts_one=False,
-            sides="hold",
-        ),
-        # The lower clamp stands, the crosshead carries the upper one and the load cell above it.
+        "biaxial-hook": Arrangement(drives=_hung(_STAGE, _ACROSS, "C", "W"), mounts_one=False, sides="hold"),
         "uniaxial-frame": Arrangement(
-            drives=_drives("C", "W", "P", machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), anchored=True),
-            mounts_one=True,
+            drives=_hung(replace(_FRAME, anchored=True), _ACROSS, "C", "W", "P"), mounts_one=True, sides="free"
+        ),
+        # The stage carried on the frame: two machines on one specimen.
+        "triaxial": Arrangement(
+            drives={**_hung(_STAGE, _ALONG, "C", "W"), **_hung(_FRAME, _ALONG, "P")}, mounts_one=False, sides="hold"
+        ),
+        # The lower plate stands on the substrate; the gripper on the indenter takes the upper one, load cell behind it.
+        "sem-microgripper": Arrangement(
+            drives={
+                "P": Drive(
+                    machine="nanoindenter", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(True,) * 4, fixture="plates"
+                )
+            },
+            mounts_one=False,
             sides="free",
         ),
     }
@@ -132,3 +141,8 @@ def arranged(rig: RigName, mount: Axis | None) -> dict[Axis, Drive]:
     """Return the drives of a rig in use: all of them, or the one along which the specimen is mounted."""
     drives = CATALOGUE[rig].drives
     return dict(drives) if mount is None else {mount: drives[mount]}
+
+
+def plated(rig: RigName) -> tuple[Axis, ...]:
+    """Return the axes of a rig whose faces are printed into plates."""
+    return tuple(axis for axis, drive in CATALOGUE[rig].drives.items() if drive.fixture == "plates")

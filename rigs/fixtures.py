@@ -1,8 +1,8 @@
-"""Hold the yarn at its boundary sites: which unknowns a carriage prescribes, where it puts them, what it feels.
+"""Hold the yarn at its boundary: which unknowns a carriage prescribes, where it puts them, what it feels.
 
 A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
-a plate that is fused to its loops would hold every unknown. Wire hooks are bodies that touch the yarn by contact
-and will stand beside it. All arrays here are in the solver's units.
+a plate that loops are fused into holds every unknown of all their nodes inside it. Wire hooks are bodies that touch
+the yarn by contact and will stand beside it. All arrays here are in the solver's units.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
+
+from knitlab_core.knits import plate_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,8 +53,8 @@ class Grip:
         Nodes that it holds.
     held : tuple of bool
         Which of x, y, z and the edge's angle it prescribes at these nodes.
-    pole : int
-        Coordinate along which the nodes slide.
+    pole : int or None
+        Coordinate along which the nodes slide; None in a plate.
     anchored : IntArray, shape (m,)
         Those of the nodes that it holds along the pole too.
     travel : float
@@ -65,22 +67,26 @@ class Grip:
     side: Side
     nodes: IntArray
     held: Held
-    pole: int
+    pole: int | None
     anchored: IntArray
     travel: float
     cell: float
 
 
-def sliding_pins(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
-    """Hang both edges of an axis on pins that slide along their poles.
+def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
+    """Hold both faces of an axis: by pins that slide along their poles, or by plates printed around them.
 
     Returns
     -------
     tuple of two Grip
         On the negative and on the positive side of the centre.
     """
-    pole = COORDINATE[drive.pole]
-    edges = [specimen.sites[name] for name in SITES[axis]]
+    pole = None if drive.pole is None else COORDINATE[drive.pole]
+    if drive.fixture == "plates":
+        plates = plate_nodes(specimen)
+        edges = [plates.lower, plates.upper]
+    else:
+        edges = [specimen.sites[name] for name in SITES[axis]]
     middle = _middle(specimen, edges[0])
     nobody = np.empty(0, dtype=np.int64)
     negative, positive = (
@@ -110,7 +116,8 @@ def prescribe(grips: tuple[Grip, ...], fixed: NDArray[np.bool_]) -> None:
     """Mark what the grips hold among the prescribed unknowns, shape (N, 4), in place."""
     for grip in grips:
         fixed[np.ix_(grip.nodes, np.flatnonzero(grip.held))] = True
-        fixed[grip.anchored, grip.pole] = True
+        if grip.pole is not None:
+            fixed[grip.anchored, grip.pole] = True
 
 
 def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, float]) -> FloatArray:
@@ -150,7 +157,7 @@ def pull(grip: Grip, reaction: FloatArray) -> float:
 
 
 def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
-    """Return the largest force of one hook along its pole [E r^2]; zero for hooks that slide freely.
+    """Return the largest force of one hook along its pole [E r^2]; zero for hooks that slide freely, and for a plate.
 
     Parameters
     ----------
@@ -159,4 +166,4 @@ def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
     reaction : FloatArray, shape (N, 4)
         Force of the fixtures on the yarn [E r^2].
     """
-    return float(np.abs(reaction[grip.nodes, grip.pole]).max())
+    return 0.0 if grip.pole is None else float(np.abs(reaction[grip.nodes, grip.pole]).max())

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
     "biaxial-hook": {"C": "X", "W": "Y"},
     "uniaxial-frame": {"C": "", "W": "", "P": ""},
+    "nanoindenter": {"P": ""},
 }
 """What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
@@ -120,17 +121,34 @@ class MachineData:
     ----------
     rig : str
         Name of the machine.
-    carriage, pole, load_cell, encoder, clock, convention : dataclass
+    carriage, load_cell, encoder, clock, convention : dataclass
         The parts.
+    pole : Pole or None
+        None of a machine without hooks.
+    other_cells : tuple of Sensor
+        Load cells that can be fitted in the place of ``load_cell``.
     """
 
     rig: str
     carriage: Carriage
-    pole: Pole
     load_cell: Sensor
     encoder: Sensor
     clock: Clock
     convention: Convention
+    pole: Pole | None = None
+    other_cells: tuple[Sensor, ...] = ()
+
+    @property
+    def cells(self) -> tuple[Sensor, ...]:
+        """Return every load cell that can be fitted, first the one it comes with."""
+        return (self.load_cell, *self.other_cells)
+
+    def fitted(self, capacity: float) -> MachineData | None:
+        """Return the machine with the load cell of a capacity [N] and no other at hand; None if it has no such cell."""
+        for cell in self.cells:
+            if cell.limit.value == capacity:
+                return replace(self, load_cell=cell, other_cells=())
+        return None
 
 
 def instruments_of(

@@ -109,6 +109,8 @@ class Protocol:
         How the instruments sample.
     rig : RigName
         A rig of the catalogue.
+    load_cell : float or None
+        Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
         Which axis of the specimen stands along the frame; None on a rig that drives every axis it has.
     hook : 'pin'
@@ -126,6 +128,7 @@ class Protocol:
     log: LogSpec = field(default_factory=LogSpec)
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
+    load_cell: float | None = None
     hook: Literal["pin"] = "pin"
     name: str = "test"
     max_strain_increment: float = 0.0125
@@ -154,7 +157,13 @@ class Protocol:
             )
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
-            require(able == list(rig.axes), "knit", f"faces across {_both(able)}", f"faces across {_both(rig.axes)}")
+            found = f"a knit with faces across {_both(self.specimen.axes)}"
+            require(
+                able == list(rig.axes),
+                "knit",
+                found,
+                f"one with faces across {_both(rig.axes)}, which {self.rig} pulls",
+            )
         allowed = " or ".join(", ".join(rig.others).rsplit(", ", 1))
         require(self.others in rig.others, "others", self.others, f"{allowed} on {self.rig}")
         clocks = len({drive.machine for drive in rig.drives.values()})
@@ -167,4 +176,12 @@ class Protocol:
 
 
 def _both(axes: Sequence[Axis]) -> str:
-    return " and ".join(axes)
+    """Return the names of axes as a sentence has them.
+
+    Examples
+    --------
+    >>> _both(["C"]), _both(["C", "W"]), _both(["C", "W", "P"])
+    ('C', 'C and W', 'C, W and P')
+    """
+    *most, last = axes
+    return f"{', '.join(most)} and {last}" if most else last

@@ -74,8 +74,8 @@ class Equilibrium:
         Stored energies [J].
     friction_work, external_work : float
         Work since the start: dissipated, and done by the carriages [J].
-    viscous_work, fracture_work : float
-        Work lost since the start by a yarn that relaxes, and energy set free by fibres that broke [J].
+    viscous_work, fracture_work, snap_work : float
+        Work lost since the start by a yarn that relaxes, and energy set free by fibres that broke and by snaps [J].
     bond_energy, bond_released : float
         Stored in fused points [J], and set free by those that broke since the start [J].
     bonds_whole, bonds_broken : int
@@ -111,6 +111,7 @@ class Equilibrium:
     external_work: float
     viscous_work: float = 0.0
     fracture_work: float = 0.0
+    snap_work: float = 0.0
     bond_energy: float = 0.0
     bond_released: float = 0.0
     bonds_whole: int = 0
@@ -240,6 +241,7 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
         "external_work": "J",
         "viscous_work": "J",
         "fracture_work": "J",
+        "snap_work": "J",
         "bond_energy": "J",
         "bond_released": "J",
         "bonds_whole": "1",

@@ -14,8 +14,8 @@ from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
-from rigs.catalogue import arranged
-from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
+from rigs.catalogue import arranged, plated
+from rigs.fixtures import grips_on, largest_lateral, place, prescribe, pull
 from rigs.machine import instruments_of
 from rigs.specimen import size_of
 
@@ -174,11 +174,12 @@ def mount(
         If a yarn that is straight at rest finds no balance in its knit.
     """
     for numbers in data.values():
-        _require_zero("pole.friction", numbers.pole.friction)
+        if numbers.pole is not None:
+            _require_zero("pole.friction", numbers.pole.friction)
     spec = protocol.specimen
     model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
-    grips = {axis: sliding_pins(specimen, axis, drive) for axis, drive in drives.items()}
+    grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
     for pair in grips.values():
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
@@ -187,7 +188,9 @@ def mount(
         *_, (_, state, _) = knit_in(work, state)
     rig = Rig(
         specimen=specimen,
-        size=size_of(specimen, thickness=next(iter(data.values())).convention.thickness.value),
+        size=size_of(
+            specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
+        ),
         grips=grips,
         work=work,
         mounted=state.q.copy(),

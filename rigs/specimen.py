@@ -13,6 +13,7 @@ from knitlab_core.knits import (
     VolumetricStitch,
     Yarn,
     planar_specimen,
+    plate_nodes,
     volumetric_specimen,
 )
 from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
@@ -21,7 +22,7 @@ from rigs.fixtures import COORDINATE, SITES
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from knitlab_core.contact.bonds import BondLaw
     from knitlab_core.knits import SiteSet
@@ -146,11 +147,11 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     )
 
 
-def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
+def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axis, float]:
     """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
 
     A site is a place on the printed yarn. The node that stands for it lies beside the yarn, the further the coarser
-    the mesh.
+    the mesh. Along an axis whose faces are printed into plates it is the gap between these.
     """
     at: dict[SiteSet, FloatArray] = {}
     for name, nodes in specimen.sites.items():
@@ -158,16 +159,17 @@ def gauge_lengths(specimen: Specimen) -> dict[Axis, float]:
         arc_lengths = specimen.arc_lengths[nodes % len(specimen.arc_lengths)]
         places = specimen.centreline.position(arc_lengths / specimen.loop_width)
         at[name] = specimen.loop_width * places.mean(axis=0)
-    return {
+    hooked = {
         axis: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])
         for axis, (near, far) in SITES.items()
         if near in at
     }
+    return {**hooked, **{axis: plate_nodes(specimen).gap for axis in plated}}
 
 
-def size_of(specimen: Specimen, *, thickness: float) -> SpecimenSize:
+def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
-    lengths = gauge_lengths(specimen)
+    lengths = gauge_lengths(specimen, plated)
     return SpecimenSize(
         extents={"P": thickness, **lengths},
         fibre_radius=specimen.radius,

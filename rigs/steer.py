@@ -193,7 +193,7 @@ def steer(
     caught_up = True
     if helm.share > 0.0 and any(abs(image - helm.share) <= 1e-9 for image in images):
         # A test that goes on from this row took its picture after it.
-        yield from bench.pictured(bench.memory.image_tag)
+        yield bench.pictured(bench.memory.image_tag)
     while not helm.stop():
         if helm.share >= last and caught_up:
             return _short(helm) if stroke.stop_force is not None and ending is None else ending

@@ -50,6 +50,7 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
         return Protocol(
             rig=model.rig,
             mount=model.mount,
+            load_cell=model.load_cell,
             hook=model.specimen.hook,
             specimen=specimen,
             speed_ref=model.speed_ref,
@@ -70,6 +71,7 @@ def to_yaml(protocol: Protocol) -> str:
         "name": protocol.name,
         "rig": protocol.rig,
         **({} if protocol.mount is None else {"mount": protocol.mount}),
+        **({} if protocol.load_cell is None else {"load_cell": write(protocol.load_cell, "force")}),
         **({"materials": own} if own else {}),
         "specimen": written(spec, protocol.hook),
         "speed_ref": protocol.speed_ref,

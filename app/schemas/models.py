@@ -13,7 +13,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.steps import STEP_MODELS, StepModel
-from app.schemas.values import Frequency, Strain, Switch, Time
+from app.schemas.values import Force, Frequency, Strain, Switch, Time
 from app.units import allowed
 from rigs.catalogue import Others, RigName
 from rigs.steps import Axis
@@ -22,7 +22,7 @@ SCHEMA: Final = "knitlab/protocol@1"
 
 
 # In the design of the protocol language, but not yet honoured by a rig.
-NOT_YET: Final = frozenset({"wire", "triaxial", "microgripper"})
+NOT_YET: Final = frozenset({"wire"})
 
 
 class LogModel(Model):
@@ -45,11 +45,14 @@ class ProtocolModel(Model):
 
     schema_id: Literal["knitlab/protocol@1"] = Field(alias="schema", description=SCHEMA)
     name: str | None = Field(default=None, description="a short text")
-    rig: RigName = Field(description="biaxial-hook or uniaxial-frame")
+    rig: RigName = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
     mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(description="pair or grip")
-    others: Others = Field(description="hold, free or follow on biaxial-hook, free on uniaxial-frame")
+    load_cell: Force | None = Field(default=None, description="a load cell of the frame: 500 N, 1 kN or 2 kN")
+    others: Others = Field(
+        description="hold, free or follow on biaxial-hook and triaxial, free on uniaxial-frame and sem-microgripper"
+    )
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     materials: Annotated[
         Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, MaterialModel], Tag(f"{BRANCH}here")],

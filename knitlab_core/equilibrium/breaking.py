@@ -94,6 +94,7 @@ def _break(search: Search, state: State, due: BoolArray, at: float) -> tuple[Sta
 def _released(before: State, after: State) -> State:
     """Count what a break released: what is no longer stored, less the work of friction; it takes no time."""
     lost = _stored(before) - _stored(after)
+    after = replace(after, snap_work=before.snap_work)
     pushed = after.external_work - before.external_work
     rubbed = after.friction_work - before.friction_work
     return replace(after, bonds=after.bonds._replace(released=before.bonds.released + lost + pushed - rubbed))

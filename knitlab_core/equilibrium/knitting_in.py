@@ -20,29 +20,13 @@ import numpy as np
 from knitlab_core.equilibrium.march import Failure, advance
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options, Report
+from knitlab_core.equilibrium.snapping import BRISK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError, SpecificationError
 from knitlab_core.rods.rod import measure_strains
 
 STEPS = 16
 """Steps in which a yarn is relaxed."""
-
-BRISK = Options(max_iterations=25)
-"""A search that takes longer is of a loop that snaps: it is cheaper to follow it down."""
-
-THICK, THIN, SOLID = 1e-3, 1e-9, 1e3
-"""First drag of the fluid, the last before it is gone, and one in which nothing moves [E r].
-
-A loop resists its bending by about 1e-6.
-"""
-
-THINNER, THICKER = 0.25, 8.0
-"""Factors of the drag after a move that was easy, and after one that failed."""
-
-EASY = 10
-"""Iterations of an easy move."""
-
-MOST_MOVES = 400
 
 
 def knit_in(
@@ -105,24 +89,14 @@ def knit_in(
 
 def _come_to_rest(work: Workspace, state: State, options: Options, share: float) -> tuple[State, Report]:
     """Return the equilibrium with the fixtures where they are, and how it was found, all iterations counted."""
-    drag, spent = 0.0, 0
-    for _ in range(MOST_MOVES):
-        work.drag = drag
-        try:
-            found, report = advance(work, state, state.q, options)
-        finally:
-            work.drag = 0.0
-        spent += report.iterations
-        if found is None:
-            drag = THICKER * drag if drag >= THIN else THICK
-            if drag > SOLID:
-                break
-            continue
-        state = _idle(found)
-        if drag == 0.0:
-            return state, replace(report, iterations=spent)
-        if report.iterations <= EASY:
-            drag = THINNER * drag if THINNER * drag >= THIN else 0.0
+
+    def move(begun: State) -> tuple[State | None, Report]:
+        found, report = advance(work, begun, begun.q, options)
+        return (None if found is None else _idle(found)), report
+
+    found, report = come_to_rest(work, move, state)
+    if found is not None:
+        return _idle(found), report
     x, y, z = state.q[report.node, :3] * work.model.scales.length
     place = (float(x), float(y), float(z))
     raise ConvergenceError(Failure(progress=share, report=report, position=place, way="relaxing into the knit"))
@@ -153,4 +127,5 @@ def _idle(state: State) -> State:
         history=None,
         viscous_work=0.0,
         fracture_work=0.0,
+        snap_work=0.0,
     )

@@ -10,6 +10,7 @@ from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
+from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
@@ -174,7 +175,8 @@ def march(
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
-    Fused points break on the way; the equilibrium before a break is yielded too, at its own parameter.
+    Where the shortest step finds none, strands snap: they come to rest with the fixtures at its end. Fused points
+    break on the way; the equilibrium before a break is yielded too, at its own parameter.
 
     Parameters
     ----------
@@ -196,7 +198,7 @@ def march(
     Raises
     ------
     ConvergenceError
-        If a step cut to `SMALLEST_STEP` of the longest still finds no equilibrium.
+        If a step cut to `SMALLEST_STEP` of the longest still finds no equilibrium, and what snaps comes to no rest.
     """
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
@@ -204,7 +206,11 @@ def march(
     at, step = pace.at, whole if pace.step is None else pace.step
 
     def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
-        return advance(work, origin, path(end), options, duration=duration * (end - begin))
+        span = duration * (end - begin)
+        found, report = advance(work, origin, path(end), options, duration=span)
+        if found is None and step < 2.0 * SMALLEST_STEP * whole and np.isfinite(report.residual):
+            return _snap(work, origin, path(end), options, span)
+        return found, report
 
     while at < 1.0:
         to = _next(at, step)
@@ -227,6 +233,18 @@ def march(
             step = min(2.0 * step, whole)
         pace.at, pace.step = at, step
         yield at, state, report
+
+
+def _snap(
+    work: Workspace, state: State, target: FloatArray, options: Options | None, duration: float
+) -> tuple[State | None, Report]:
+    """Go to a target that has no equilibrium near the last one; time passes on the first move alone."""
+    brisk = replace(options or Options(), max_iterations=BRISK.max_iterations)
+
+    def move(begun: State) -> tuple[State | None, Report]:
+        return advance(work, begun, target, brisk, duration=duration if begun is state else 0.0)
+
+    return come_to_rest(work, move, state, drag=THICK)
 
 
 def _next(at: float, step: float) -> float:

@@ -77,8 +77,8 @@ class State:
         Work of the fixtures and loads, and against friction, since the start [E r^3].
     history : (M, N, 4) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
-    viscous_work, fracture_work : float
-        Work lost by relaxing, and energy set free by fibres that broke, since the start [E r^3].
+    viscous_work, fracture_work, snap_work : float
+        Work lost by relaxing, and energy set free by fibres that broke and by snaps, since the start [E r^3].
     bonds : BondState
         Which fused points are whole, their loads and their energies; empty where strands do not fuse.
     """
@@ -95,6 +95,7 @@ class State:
     history: FloatArray | None = None
     viscous_work: float = 0.0
     fracture_work: float = 0.0
+    snap_work: float = 0.0
     bonds: BondState = field(default_factory=lambda: BondState.printed(0))
 
 

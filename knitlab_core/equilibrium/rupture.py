@@ -19,6 +19,7 @@ from knitlab_core.equilibrium.creep import relaxing
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
+from knitlab_core.equilibrium.snapping import kept
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.rupture import cut_rods, fibre_strain
@@ -174,10 +175,11 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     ConvergenceError
         If the broken knit finds no equilibrium.
     """
+    state = _torn(work.model, state, edge)
     left = Workspace(sever(work.model, edge))
     left.clock, left.factorisations = work.clock, work.factorisations
     left.loads = work.loads
-    left.start_step(state.q, state.frames, state.memory)
+    left.start_step(state.q, state.frames, state.memory, state.bonds.hold)
     left.lag()
     held = np.where(left.model.fixed, 0.0, _gradient(left, state))
 
@@ -189,19 +191,25 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     # The forces at the cut are no outer loads: only the work of those that stay counts.
     put_in = state.external_work + float(np.vdot(work.loads, found.q - state.q))
     found = replace(found, external_work=put_in)
-    free = _balance(state) - _balance(found)
-    return left, replace(found, fracture_work=state.fracture_work + free)
+    free = kept(state) - kept(found) - (found.bonds.released - state.bonds.released)
+    return left, replace(found, fracture_work=state.fracture_work + free, snap_work=state.snap_work)
+
+
+def _torn(model: Model, state: State, edge: int) -> State:
+    """Take away the fused points at the two nodes where a fibre breaks; their energy is set free with its own."""
+    if model.bonds is None:
+        return state
+    at = [edge, edge + 1]
+    torn = np.isin(model.bonds.span_a, at) | np.isin(model.bonds.span_b, at)
+    bonds = state.bonds
+    left = bonds._replace(hold=np.where(torn, 0.0, bonds.hold), load=np.where(torn, 0.0, bonds.load))
+    return replace(state, bonds=left)
 
 
 def _gradient(work: Workspace, state: State) -> FloatArray:
     """Return the gradient (N, 4) at a state of rods that may have relaxed."""
     with relaxing(work, state, 0.0):
         return work.gradient(state.q, state.frames)
-
-
-def _balance(state: State) -> float:
-    """Return what is stored or was lost, less what was put in [E r^3]."""
-    return float(state.energies.sum()) + state.friction_work + state.viscous_work - state.external_work
 
 
 def _unheld(rods: Rods) -> BoolArray:

@@ -55,7 +55,7 @@ class Workspace:
     fused : Fused or None
         Bonds that hold; None where strands do not fuse.
     drag : float
-        Resistance of every node to its motion since the step began [E r], as by a viscous fluid; nought in a test.
+        Resistance of free nodes to their motion since the step began [E r], as by a viscous fluid; nought but in snaps.
     """
 
     candidates: Candidates
@@ -200,7 +200,8 @@ class Workspace:
             if self.fused is not None:
                 self.fused.add_gradient(g)
             if self.drag:
-                g[:, :3] += self.drag * (q[:, :3] - self._origin[:, :3])
+                moved = q[:, :3] - self._origin[:, :3]
+                g[:, :3] += self.drag * np.where(model.fixed[:, :3], 0.0, moved)
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, *, contacts: float = 1.0) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.fibres import fibre_sites
 from knitlab_core.knits.stitch import IntArray, is_positive
 from knitlab_core.knits.stockinette import HOOK_ANGLE
 from knitlab_core.knits.volumetric_stitch import VolumetricStitch
@@ -61,4 +62,10 @@ def plate_nodes(specimen: Specimen, *, depth: float | None = None) -> Plates:
     if not is_positive(depth) or depth >= 0.5 * height:
         raise SpecificationError("plates.depth", depth, f"a length above 0 and below {0.5 * height:.4g} m")
     z = unit * specimen.centreline.position(specimen.arc_lengths / unit)[:, 2]
-    return Plates(lower=np.flatnonzero(z <= depth), upper=np.flatnonzero(z >= height - depth), gap=height - 2.0 * depth)
+    # The fibres of a bundle are inside on the same spots of the yarn.
+    count, fibres = len(z), len(specimen.strands)
+    lower, upper = (
+        fibre_sites(np.flatnonzero(inside), nodes=count, fibres=fibres).T.ravel()
+        for inside in (z <= depth, z >= height - depth)
+    )
+    return Plates(lower=lower, upper=upper, gap=height - 2.0 * depth)

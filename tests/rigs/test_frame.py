@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from app.check import dry_run, fitted_machines
+from app.provenance import provenance
 from app.run_reader import RunReader
+from app.schemas import ProtocolError, loads, to_yaml
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
 from rigs.analysis import stress_strain
@@ -14,7 +17,8 @@ from rigs.experiment import perform
 from rigs.fixtures import COORDINATE
 from rigs.protocol import Cycle, Preload
 from rigs.record import Equilibrium, Outcome
-from rigs.rig import pose, read
+from rigs.rig import mount, pose, read
+from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -137,6 +141,52 @@ def test_a_preload_and_rows_name_the_one_axis(mount_knit: Mount) -> None:
     assert {tuple(row.force) for row in rows} == {("W",)}
     assert rows[-1].force["W"] == pytest.approx(0.02, rel=5e-3)
     assert set(rows[0].numbers()) >= {"displacement_W", "force_W"}
+
+
+CHOSEN = """\
+schema: knitlab/protocol@1
+rig: uniaxial-frame
+mount: C
+load_cell: 2 kN
+specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, nodes_per_loop: 24}
+speed_ref: pair
+others: free
+steps:
+  - ramp: {axes: [C], to: {strain: 0.1}, rate: 0.2 mm/s}
+"""
+
+
+def test_a_protocol_chooses_the_load_cell() -> None:
+    loaded = loads(CHOSEN)
+    protocol = loaded.protocol
+    assert protocol.load_cell == 2000.0
+    assert loads(to_yaml(protocol)).protocol.load_cell == 2000.0
+    data = fitted_machines(loaded)
+    (instrument,) = mount(make_specimen(protocol.specimen), protocol, data)[0].instruments
+    assert {channel.kind: channel.limit for channel in instrument.channels}["force"] == 2000.0
+    facts = provenance(protocol, data)
+    assert (facts["rig.load_cell.limit"], facts["rig.load_cell.noise"]) == (2000.0, 0.02)
+    assert not any("other_cells" in name for name in facts)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("2 kN", "3 kN", "p.yaml:4:12: load_cell: found 3000 N, allowed one of 500 N, 1000 N, 2000 N"),
+        (
+            "rig: uniaxial-frame\nmount: C\nload_cell: 2 kN\n",
+            "rig: biaxial-hook\nload_cell: 2 kN\n",
+            "p.yaml:3:12: load_cell: found 2000 N, allowed none: biaxial-hook has load cells of its own",
+        ),
+    ],
+)
+def test_a_load_cell_that_is_not_there_is_one_line(old: str, new: str, says: str) -> None:
+    text = CHOSEN.replace(old, new)
+    if "biaxial" in new:
+        text = text.replace("others: free", "others: hold")
+    with pytest.raises(ProtocolError) as error:
+        dry_run(loads(text, "p.yaml"))
+    assert str(error.value) == says
 
 
 @pytest.mark.usefixtures("quick_pictures")

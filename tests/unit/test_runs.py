@@ -3,7 +3,7 @@ import signal
 import subprocess
 import sys
 import textwrap
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
@@ -115,7 +115,7 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
 KILLED = textwrap.dedent(
     """
     import sys
-    from dataclasses import replace
+    from dataclasses import fields, replace
     from pathlib import Path
     from tests.unit.test_runs import writer
     from tests.synthetic_run import frame, row
@@ -222,19 +222,30 @@ def test_clocks_and_delays_are_in_the_record(tmp_path: Path) -> None:
     assert samples.true_time[:2] == pytest.approx([0.0, 0.1 / 1.01])
 
 
-@pytest.mark.parametrize("machine", ["biaxial-hook", "uniaxial-frame"])
+@pytest.mark.parametrize("machine", ["biaxial-hook", "uniaxial-frame", "nanoindenter"])
 def test_rig_data_says_where_every_number_comes_from(machine: MachineName) -> None:
     data = read_machine(machine)
-    assert data.carriage.speed.value == 0.2e-3
-    assert not data.carriage.speed.assumed
+    # The paper gives a speed for what it prints in millimetres, and for the indenter a strain rate.
+    assert (data.carriage.speed.value == 0.2e-3) == (not data.carriage.speed.assumed) == (machine != "nanoindenter")
     assert data.load_cell.limit.assumed
-    parts = (data.carriage, data.pole, data.load_cell, data.encoder, data.clock, data.convention)
+    parts = [data.carriage, data.pole, *data.cells, data.encoder, data.clock, data.convention]
     for part in parts:
-        for name in part.__slots__:
-            datum = getattr(part, name)
+        for field in () if part is None else fields(part):
+            datum = getattr(part, field.name)
             assert datum is None or datum.source
     # Of the stage nothing is known beyond what every machine must have.
     assert (data.carriage.capacity is None) == (machine == "biaxial-hook")
+    assert (data.pole is None) == (data.carriage.gap is not None) == (machine == "nanoindenter")
+
+
+def test_the_frame_has_cells_to_choose_from() -> None:
+    data = read_machine("uniaxial-frame")
+    assert [cell.limit.value for cell in data.cells] == [500.0, 1000.0, 2000.0]
+    strong = data.fitted(2000.0)
+    assert strong is not None
+    assert (strong.load_cell, strong.cells) == (data.cells[2], (data.cells[2],))
+    assert strong.load_cell.noise.value > data.load_cell.noise.value
+    assert data.fitted(300.0) is None
 
 
 @pytest.mark.parametrize(

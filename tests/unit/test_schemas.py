@@ -57,7 +57,7 @@ BAD = [
     Bad("  loop: 8", "  lop: 8", 6, 3, "(did you mean loop?)"),
     Bad("n: 2}", "n: 2, rte: 1}", 16, 69, "steps[2].cycle.rte: found an unknown field"),
     # What is missing
-    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook or uniaxial-frame"),
+    Bad("rig: biaxial-hook\n", "", 1, 1, "rig: found nothing, allowed biaxial-hook, uniaxial-frame, tri"),
     Bad("  loop: 8 mm\n", "", 4, 3, "specimen.loop: found nothing, allowed a length with its unit, such as 8 mm"),
     Bad("others: hold\n", "", 1, 1, "others: found nothing, allowed hold"),
     Bad(", rate: 0.2 mm/s, n: 2", ", n: 2", 16, 12, "steps[2].cycle.rate: found nothing, allowed a speed"),
@@ -111,8 +111,8 @@ BAD = [
     ),
     Bad("others:", "name: a/b\nothers:", 10, 7, "name: found a/b, allowed up to 64 letters"),
     # Words that are not among the known ones
-    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook or uniaxial-frame (did"),
-    Bad("biaxial-hook", "triaxial", 2, 6, "(triaxial is not available yet)"),
+    Bad("biaxial-hook", "biaxial-hok", 2, 6, "found 'biaxial-hok', allowed biaxial-hook, uniaxial-frame, triaxial"),
+    Bad("rig: biaxial-hook", "rig: triaxial", 4, 9, "knit: found a knit with faces across C and W, allowed one with"),
     Bad("others: hold", "others: fre", 10, 9, "others: found 'fre', allowed hold, free or follow (did you mean free?)"),
     Bad("protocol@1", "protocol@2", 1, 9, "schema: found 'knitlab/protocol@2', allowed knitlab/protocol@1"),
     Bad("[C]", "[P]", 16, 19, "steps[2].cycle.axes: found P, allowed what is driven: C and W"),

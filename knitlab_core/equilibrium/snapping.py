@@ -1,0 +1,81 @@
+"""Let strands that snap come to rest, with the fixtures where they are.
+
+Past a limit point, or after a fibre broke, there is no equilibrium near by. Strands then move as through a viscous
+fluid that thins out: each move minimises the energy and a drag c |x - x0|^2 / 2 to where it began, an implicit Euler
+step of pseudo-time 1 / c. Only what is found without drag is an equilibrium.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.newton import Options, Report
+from knitlab_core.equilibrium.workspace import Workspace
+
+BRISK = Options(max_iterations=25)
+"""A search that takes longer is of a loop that snaps: it is cheaper to follow it down."""
+
+THICK, THIN, SOLID = 1e-3, 1e-9, 1e3
+"""First drag of the fluid, the last before it is gone, and one in which nothing moves [E r].
+
+A loop resists its bending by about 1e-6.
+"""
+
+THINNER, THICKER = 0.25, 8.0
+"""Factors of the drag after a move that was easy, and after one that failed."""
+
+EASY = 10
+"""Iterations of an easy move."""
+
+MOST_MOVES = 400
+
+Search = Callable[[State], tuple[State | None, Report]]
+"""Goes from a state to the next one, the fixtures at the end of the step."""
+
+
+def come_to_rest(work: Workspace, search: Search, state: State, *, drag: float = 0.0) -> tuple[State | None, Report]:
+    """Follow a snap to its end.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model.
+    search : callable
+        Makes one move.
+    state : State
+        Where it begins; its forces need not be in balance.
+    drag : float
+        That of the first move [E r].
+
+    Returns
+    -------
+    State or None, Report
+        The equilibrium without drag, None where none was found, and the last move with the iterations of all.
+        What the snap set free and nothing took up is added to `snap_work`.
+    """
+    begun, spent, moves = state, 0, 0
+    while True:
+        work.drag = drag
+        try:
+            found, report = search(state)
+        finally:
+            work.drag = 0.0
+        easy = report.iterations <= EASY
+        spent, moves = spent + report.iterations, moves + 1
+        report = replace(report, iterations=spent)
+        if found is not None and drag == 0.0:
+            return replace(found, snap_work=begun.snap_work + kept(begun) - kept(found)), report
+        if found is None:
+            drag = THICKER * drag if drag >= THIN else THICK
+        else:
+            state = found
+            if easy:
+                drag = THINNER * drag if THINNER * drag >= THIN else 0.0
+        if drag > SOLID or moves == MOST_MOVES:
+            return None, report
+
+
+def kept(state: State) -> float:
+    """Return what is stored or was lost to friction and relaxing, less what was put in [E r^3]."""
+    lost = state.friction_work + state.viscous_work - state.external_work
+    return float(state.energies.sum()) + state.bonds.energy + lost
