@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from app.terminal import AsJson, ProtocolPath, complain
+from rigs.steps import Axis  # noqa: TC001 (typer reads the annotations)
 
 
 def sweep(
