@@ -68,7 +68,7 @@ def plot(
     by_modulus: Annotated[
         bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
     ] = False,
-    axis: Annotated[Literal[C, W, P] | None, typer.Option(help="Draw one axis alone.")] = None,
+    axis: Annotated[Axis | None, typer.Option(help="Draw one axis alone.")] = None,
 ) -> None:
     """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
     from app.compare import compare_runs  # noqa: PLC0415
