@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE, exit_code
+from app.service.cli import service
 from knitlab_core.errors import KnitlabError, SolverError
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ knitlab = typer.Typer(
     Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
     5 not printable, 130 interrupted.""",
 )
+knitlab.add_typer(service)
 
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]

@@ -28,13 +28,16 @@ from rigs.record import Equilibrium, Frame, Outcome, trace_of
 from rigs.rig import mount
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from app.figures import Figure
     from app.schemas import Loaded
     from rigs.experiment import Event
     from rigs.record import End
     from rigs.rig import Rig
+    from rigs.steps import Axis
+
+    Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
 
 RUNS: Final = Path("runs")
 
@@ -76,6 +79,7 @@ class _Journal:
     rig: Rig
     planned: float
     progress: Callable[[float, str], None]
+    watch: Watch | None = None
     rows: list[Equilibrium] = field(default_factory=list)
     zeroings: list[Zeroing] = field(default_factory=list)
 
@@ -100,8 +104,10 @@ class _Journal:
 
     def _show(self, row: Equilibrium) -> None:
         """Show how far the test is."""
-        strains = (f"{axis} {row.displacement[axis] / length:6.1%}" for axis, length in self.rig.gauges.items())
-        text = f"{row.phase:7} {row.cycle}: {', '.join(strains)}"
+        strain = {axis: row.displacement[axis] / length for axis, length in self.rig.gauges.items()}
+        if self.watch is not None:
+            self.watch(len(self.rows) - 1, row, strain)
+        text = f"{row.phase:7} {row.cycle}: {', '.join(f'{axis} {value:6.1%}' for axis, value in strain.items())}"
         done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
         self.progress(TESTED * done, text)
 
@@ -129,14 +135,40 @@ def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], 
         For whatever is wrong with the protocol, in one line.
     """
     loaded = load(path)
+    return run_loaded(loaded, RUNS / loaded.protocol.name if out is None else out, progress)
+
+
+def run_loaded(
+    loaded: Loaded,
+    out: Path,
+    progress: Callable[[float, str], None],
+    watch: Watch | None = None,
+    *,
+    pictures: bool = True,
+) -> RunResult:
+    """Run a protocol that has been read; else as `run_protocol`.
+
+    Parameters
+    ----------
+    loaded : Loaded
+        The protocol.
+    out : Path
+        Run folder to make, under the next free name.
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told the number, the row and the strains [1] of every equilibrium.
+    pictures : bool
+        Whether to draw the plot and the knit too.
+    """
     if cache_is_cold():
         sys.stderr.write(FIRST_RUN)
-    result = _test(loaded, RUNS / loaded.protocol.name if out is None else out, progress)
-    _publish(result.folder, loaded.protocol.name, progress)
+    result = _test(loaded, out, progress, watch)
+    _publish(result.folder, loaded.protocol.name, progress, pictures=pictures)
     return result
 
 
-def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) -> RunResult:
+def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None], watch: Watch | None) -> RunResult:
     """Do the test of a protocol and write its record, ``run.h5``."""
     began = perf_counter()
     protocol = loaded.protocol
@@ -156,7 +188,7 @@ def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None]) 
         materials=loaded.materials,
     ) as writer:
         planned = planned_duration(protocol, rig.gauges)
-        journal = _Journal(writer=writer, rig=rig, planned=planned, progress=progress)
+        journal = _Journal(writer=writer, rig=rig, planned=planned, progress=progress, watch=watch)
         outcome = _located(loaded, lambda: journal.record(perform(rig, state, protocol)))
         if journal.rows:
             trace, log = trace_of(journal.rows), protocol.log
@@ -177,17 +209,18 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
         raise loaded.locate(error) from error
 
 
-def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) -> None:
+def _publish(folder: Path, name: str, progress: Callable[[float, str], None], *, pictures: bool) -> None:
     """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
     run = RunReader(folder / "run.h5")
     if not len(run.trace):
         return
     progress(TESTED, "writing the log")
     export_logs(run, folder, name)
-    progress(TESTED, "plotting")
-    stress_strain_plot(run, folder / f"{name}_stress_strain.png")
-    progress(TESTED, "drawing the knit")
-    note = knit_frames(run, folder / f"{name}_knit.png").note
-    if note:
-        sys.stderr.write(note + "\n")
+    if pictures:
+        progress(TESTED, "plotting")
+        stress_strain_plot(run, folder / f"{name}_stress_strain.png")
+        progress(TESTED, "drawing the knit")
+        note = knit_frames(run, folder / f"{name}_knit.png").note
+        if note:
+            sys.stderr.write(note + "\n")
     progress(1.0, "done")

@@ -7,10 +7,13 @@ that leans on DBOS beyond its public interface is in this file, with a contract 
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
-from dbos import DBOS, DBOSClient
+from dbos import DBOS, DBOSClient, DBOSConfig
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 APPLICATION: Final = "knitlab"
 QUEUE: Final = "knitlab_jobs"
@@ -19,8 +22,12 @@ VERSION: Final = "1"
 """Contract between queued deliveries and workers. It stays when knitlab changes: else what an older
 build queued would wait for ever."""
 
-SINGLE, SWEEP = 10, 20
-"""Priorities, small ones first (DBOS counts from 1): who waits for one job does not wait for a sweep."""
+POLL: Final = 0.25
+"""Time between two looks into the queue [s]."""
+
+AGAIN, SINGLE, SWEEP = 5, 10, 20
+"""Priorities, small ones first (DBOS counts from 1): what had begun goes first,
+and who waits for one job does not wait for a sweep."""
 
 
 def delivery_id(job: str, number: int) -> str:
@@ -66,7 +73,7 @@ def enqueue(client: DBOSClient, connection: sa.Connection, delivery: str, priori
     )
 
 
-def enqueue_alike(client: DBOSClient, connection: sa.Connection, first: str, others: sa.Select[tuple[str]]) -> None:
+def enqueue_alike(client: DBOSClient, connection: sa.Connection, first: str, others: sa.Select[str]) -> None:
     """Put in more deliveries like the first, which DBOS has put in: the same rows under other ids.
 
     One statement for all of them, where DBOS's own way takes a millisecond each.
@@ -102,3 +109,36 @@ def _database(client: DBOSClient) -> sa.Engine:
 def _tables(client: DBOSClient) -> tuple[sa.Table, sa.Table]:
     tables = client._sys_db.tables  # noqa: SLF001 (see the module)
     return tables.workflow_status, tables.workflow_input
+
+
+def listen(work: Callable[[str], None], engine: sa.Engine, url: str, worker: str, slots: int) -> None:
+    """Begin to take deliveries, as many at once as there are slots; each is worked on in a thread of its own.
+
+    What a worker of the same id had taken when it died is handed out again.
+    """
+    config: DBOSConfig = {
+        "name": APPLICATION,
+        "system_database_url": url,
+        "system_database_engine": engine,
+        "application_version": VERSION,
+        "executor_id": worker,
+        "run_migrations": False,
+        "use_listen_notify": False,
+        "notification_listener_polling_interval_sec": 30.0,
+        "scheduler_polling_interval_sec": 3600.0,
+        "log_level": "ERROR",
+    }
+    service = DBOS(config=config)
+
+    @DBOS.workflow(name=WORKFLOW, max_recovery_attempts=None)
+    def run() -> None:
+        work(str(DBOS.workflow_id))
+
+    # A queue in the database would give every worker the same number of slots.
+    service._registry._register_internal_queue(QUEUE, worker_concurrency=slots, polling_interval_sec=POLL)  # noqa: SLF001
+    DBOS.launch()
+
+
+def stop_listening(seconds: int) -> None:
+    """Take no more deliveries, and wait so long for those at work to end."""
+    DBOS.destroy(destroy_registry=True, workflow_completion_timeout_sec=seconds)

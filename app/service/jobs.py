@@ -50,6 +50,8 @@ class JobSpec:
         Longest time that the job may run, all attempts together [s].
     memory : int or None
         Most memory that its process may hold [bytes].
+    pictures : bool
+        Whether the plot and the pictures of the knit are drawn; a large sweep may do without.
     """
 
     name: str
@@ -57,6 +59,7 @@ class JobSpec:
     materials: str = ""
     timeout: float | None = None
     memory: int | None = 8 * GIBIBYTE
+    pictures: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
