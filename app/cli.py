@@ -7,16 +7,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
-from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE, exit_code
+from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE
+from app.run_commands import resume, run
 from app.service.cli import service
+from app.terminal import AsJson, ProtocolPath, complain, warn
 from knitlab_core.errors import KnitlabError, SolverError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 knitlab = typer.Typer(
     name="knitlab",
@@ -33,6 +32,7 @@ knitlab = typer.Typer(
       knitlab check examples/biaxial_cycle.yaml     what would happen, without physics
       knitlab preview examples/biaxial_cycle.yaml   the knit: picture, clearance, yarn length
       knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
+      knitlab resume runs/biaxial_cycle             go on with a run that was killed
       knitlab print examples/biaxial_cycle.yaml     the knit for a 3D printer: checks, STL, 3MF
 
     Results go to stdout, progress to stderr.
@@ -42,32 +42,18 @@ knitlab = typer.Typer(
 )
 knitlab.add_typer(service)
 
-ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
-
 
 def main() -> None:
     """Run the command line; every foreseen error is one line on stderr and an exit code."""
     try:
         knitlab(standalone_mode=True)
     except KnitlabError as error:
-        _complain(str(error))
+        complain(str(error))
         sys.exit(SOLVER_FAILED if isinstance(error, SolverError) else USAGE)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        _complain(f"{where}{(error.strerror or str(error)).lower()}")
+        complain(f"{where}{(error.strerror or str(error)).lower()}")
         sys.exit(USAGE)
-
-
-def _complain(message: str) -> None:
-    """Print one line to stderr."""
-    sys.stderr.write(" ".join(message.split()) + "\n")
-
-
-def _warn(protocol: Path, warnings: Sequence[str]) -> None:
-    """Print each warning on a line of its own to stderr."""
-    for warning in warnings:
-        _complain(f"{protocol}: WARNING: {warning}")
 
 
 def _version(asked: bool) -> None:  # noqa: FBT001 (typer calls it with the option's value)
@@ -111,7 +97,7 @@ def check(protocol: ProtocolPath, *, as_json: AsJson = False) -> None:
         print_json(plan_data(plan))
     else:
         print_plan(plan)
-    _warn(protocol, plan.warnings)
+    warn(protocol, plan.warnings)
 
 
 @knitlab.command(
@@ -139,7 +125,7 @@ def preview(
     picture = folder / f"{loaded.protocol.name}_specimen.png"
     note = specimen_picture(specimen, picture).note
     if note:
-        _complain(note)
+        complain(note)
     facts = describe(specimen)
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
@@ -148,40 +134,15 @@ def preview(
         sys.stdout.write(f"picture: {picture}\n")
 
 
-@knitlab.command(
+knitlab.command(
     short_help="Run a protocol into a run folder.",
     epilog="\b\nExamples:\n  knitlab run examples/biaxial_cycle.yaml --out runs/first\n"
     "  knitlab run examples/biaxial_small.yaml --quiet --json",
-)
-def run(
-    protocol: ProtocolPath,
-    *,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Run folder to write.", show_default="a new one under runs/", file_okay=False),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
-    as_json: AsJson = False,
-) -> None:
-    """Run a protocol: run.h5, the stage's CSV, plots and pictures, in a run folder.
-
-    Ctrl-C keeps what was recorded.
-    """
-    from app.check import dry_run  # noqa: PLC0415
-    from app.schemas import load  # noqa: PLC0415
-    from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
-    from app.usecases import run_protocol  # noqa: PLC0415
-
-    _warn(protocol, dry_run(load(protocol)).warnings)
-    with Bar(hidden=quiet) as bar:
-        result = run_protocol(protocol, out, bar.show)
-    if as_json:
-        print_json(result_data(result))
-    else:
-        print_result(result)
-    if result.outcome != "target":
-        _complain(f"{protocol}: {result.outcome}: {result.message}")
-    raise typer.Exit(exit_code(result))
+)(run)
+knitlab.command(
+    short_help="Go on with a run that was killed or interrupted.",
+    epilog="\b\nExample:\n  knitlab resume runs/biaxial_cycle",
+)(resume)
 
 
 @knitlab.command(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 import h5py
 import numpy as np
 
-from app.runs import LAYOUT, RUNNING
+from app.run_layout import LAYOUT, RUNNING
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
 from rigs.record import ENDS, PHASES, Frame, Outcome, SpecimenSize, Trace

@@ -1,118 +1,38 @@
-"""Do what the doors ask for: run a protocol into a run folder."""
+"""Do what the doors ask for: run a protocol into a run folder, go on with a run that was killed."""
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
-from app.check import build_specimen
-from app.export import export_logs
-from app.figures import run_figures
-from app.pictures import knit_frames
-from app.provenance import provenance
-from app.report import stress_strain_plot
-from app.rig_data import machines_of
+from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
+from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
 from app.run_folder import make_run_folder
+from app.run_layout import reaches
+from app.run_lock import locked
 from app.run_reader import RunReader
-from app.runs import RunWriter
-from app.schemas import load
-from knitlab_core.errors import SpecificationError
+from app.schemas import load, loads
+from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import cache_is_cold
-from rigs.experiment import perform
-from rigs.instruments import Zeroing, measure
-from rigs.motion import planned_duration
-from rigs.record import Equilibrium, Frame, Outcome, trace_of
-from rigs.rig import mount
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from app.figures import Figure
+    from app.carry_out import Progress, Watch
+    from app.checkpoint import Saved
     from app.schemas import Loaded
-    from rigs.experiment import Event
-    from rigs.record import End
-    from rigs.rig import Rig
-    from rigs.steps import Axis
+    from rigs.record import Outcome
 
-    Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
+__all__ = ["RunResult", "has_ended", "resume_run", "run_loaded", "run_protocol"]
 
 RUNS: Final = Path("runs")
-
-TESTED: Final = 0.9
-"""Share of a run that is done when its test is: log, plot and pictures come after."""
 
 FIRST_RUN: Final = (
     "compiling the solver for this machine: takes about a minute, once; the result is kept for later runs\n"
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunResult:
-    """Say how a run ended and what it came to.
-
-    Attributes
-    ----------
-    outcome : End
-        How it ended.
-    message : str
-        One line for the user; empty when there is nothing to add.
-    folder : Path
-        The run folder.
-    figures : tuple of (name, value, unit)
-        Empty if nothing was measured.
-    """
-
-    outcome: End
-    message: str
-    folder: Path
-    figures: tuple[Figure, ...]
-
-
-@dataclass(slots=True, kw_only=True)
-class _Journal:
-    """Write a test down as it happens, and remember what the end of it needs."""
-
-    writer: RunWriter
-    rig: Rig
-    planned: float
-    progress: Callable[[float, str], None]
-    watch: Watch | None = None
-    rows: list[Equilibrium] = field(default_factory=list)
-    zeroings: list[Zeroing] = field(default_factory=list)
-
-    def record(self, events: Iterator[Event]) -> Outcome:
-        """Write down every event; an interrupt ends the test and keeps them."""
-        try:
-            for event in events:
-                match event:
-                    case Equilibrium():
-                        self.writer.append(event)
-                        self.rows.append(event)
-                        self._show(event)
-                    case Frame():
-                        self.writer.add_frame(event)
-                    case Zeroing():
-                        self.zeroings.append(event)
-                    case Outcome():
-                        return event
-        except KeyboardInterrupt:
-            return Outcome(end="abort", message=f"interrupted; {len(self.rows)} equilibria kept")
-        raise RuntimeError("a test must end with an outcome")
-
-    def _show(self, row: Equilibrium) -> None:
-        """Show how far the test is."""
-        strain = {axis: row.displacement[axis] / length for axis, length in self.rig.gauges.items()}
-        if self.watch is not None:
-            self.watch(len(self.rows) - 1, row, strain)
-        text = f"{row.phase:7} {row.cycle}: {', '.join(f'{axis} {value:6.1%}' for axis, value in strain.items())}"
-        done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
-        self.progress(TESTED * done, text)
-
-
-def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], None]) -> RunResult:
+def run_protocol(path: Path, out: Path | None, progress: Progress, *, exact: bool = False) -> RunResult:
     """Run a protocol: record, log, plot and pictures in a run folder.
 
     Parameters
@@ -123,6 +43,8 @@ def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], 
         Run folder to make, under the next free name; None for one under ``runs/``.
     progress : callable
         Told the share done [1] and what is being done.
+    exact : bool
+        Run in `out` itself, whatever else is in it but a run.
 
     Returns
     -------
@@ -133,17 +55,20 @@ def run_protocol(path: Path, out: Path | None, progress: Callable[[float, str], 
     ------
     ProtocolError
         For whatever is wrong with the protocol, in one line.
+    SpecificationError
+        If there is a run in the exact folder.
     """
     loaded = load(path)
-    return run_loaded(loaded, RUNS / loaded.protocol.name if out is None else out, progress)
+    return run_loaded(loaded, RUNS / loaded.protocol.name if out is None else out, progress, exact=exact)
 
 
 def run_loaded(
     loaded: Loaded,
     out: Path,
-    progress: Callable[[float, str], None],
+    progress: Progress,
     watch: Watch | None = None,
     *,
+    exact: bool = False,
     pictures: bool = True,
 ) -> RunResult:
     """Run a protocol that has been read; else as `run_protocol`.
@@ -157,70 +82,111 @@ def run_loaded(
     progress : callable
         Told the share done [1] and what is being done.
     watch : callable or None
-        Told the number, the row and the strains [1] of every equilibrium.
+        Told number, row and strains [1] of every equilibrium.
+    exact : bool
+        Run in `out` itself, whatever else is in it but a run.
     pictures : bool
         Whether to draw the plot and the knit too.
     """
+    began = perf_counter()
+    _announce()
+    rig, state = put_up(loaded)
+    folder = _exactly(out) if exact else make_run_folder(out)
+    with locked(folder):
+        return from_start(make_task(loaded, folder, began, progress, watch, pictures=pictures), rig, state)
+
+
+def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pictures: bool = True) -> RunResult:
+    """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
+
+    Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
+    from the beginning in the same folder. A run that has ended is left as it is.
+
+    Parameters
+    ----------
+    run : Path
+        The run folder, or its ``run.h5``.
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium from there.
+    pictures : bool
+        Whether to draw the plot and the knit too.
+
+    Returns
+    -------
+    RunResult
+        How it ended; without figures if it had ended before.
+
+    Raises
+    ------
+    FormatError
+        If the record is none, or the run was begun with other versions or numbers than there are now.
+    SpecificationError
+        If another process is at it.
+    """
+    began = perf_counter()
+    folder = _folder(run)
+    with locked(folder):
+        saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
+        record = _readable(folder / RECORD, saved)
+        if record is not None and record.outcome.end != "abort":
+            return as_ended(record, folder, saved, progress, pictures=pictures)
+        loaded = _as_begun(folder / RECORD, record, saved)
+        task = make_task(loaded, folder, began, progress, watch, pictures=pictures)
+        _announce()
+        if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
+            sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
+            return from_start(task, *put_up(loaded))
+        require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
+        return go_on(task, saved)
+
+
+def has_ended(run: Path) -> Outcome | None:
+    """Return how a run ended; None if something of it is still to be done."""
+    folder = _folder(run)
+    if (folder / CHECKPOINT).exists():
+        return None
+    outcome = RunReader(folder / RECORD).outcome
+    return None if outcome.end == "abort" else outcome
+
+
+def _folder(run: Path) -> Path:
+    """Return the folder of a run, which may be named by its record too."""
+    return run.parent if run.name == RECORD else run
+
+
+def _announce() -> None:
+    """Say that the first run takes longer."""
     if cache_is_cold():
         sys.stderr.write(FIRST_RUN)
-    result = _test(loaded, out, progress, watch)
-    _publish(result.folder, loaded.protocol.name, progress, pictures=pictures)
-    return result
 
 
-def _test(loaded: Loaded, wanted: Path, progress: Callable[[float, str], None], watch: Watch | None) -> RunResult:
-    """Do the test of a protocol and write its record, ``run.h5``."""
-    began = perf_counter()
-    protocol = loaded.protocol
-    specimen = build_specimen(loaded)
-    data = machines_of(protocol)
-    rig, state = mount(specimen, protocol, data)
-    folder = make_run_folder(wanted)
-    figures: tuple[Figure, ...] = ()
-    with RunWriter(
-        folder / "run.h5",
-        protocol=loaded.text,
-        size=rig.size,
-        axes=protocol.axes,
-        strands=rig.strands,
-        instruments=rig.instruments,
-        provenance=provenance(protocol, data),
-        materials=loaded.materials,
-    ) as writer:
-        planned = planned_duration(protocol, rig.gauges)
-        journal = _Journal(writer=writer, rig=rig, planned=planned, progress=progress, watch=watch)
-        outcome = _located(loaded, lambda: journal.record(perform(rig, state, protocol)))
-        if journal.rows:
-            trace, log = trace_of(journal.rows), protocol.log
-            for instrument in rig.instruments:
-                writer.write_samples(
-                    measure(instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
-                )
-            figures = run_figures(trace, rig.size, journal.zeroings, perf_counter() - began)
-        writer.finish(outcome)
-    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
+def _exactly(folder: Path) -> Path:
+    """Make a folder, or take it as it is if there is no run in it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if (folder / RECORD).exists():
+        raise SpecificationError("out", str(folder), "a folder without a run; `knitlab resume` goes on with one")
+    return folder
 
 
-def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
-    """Give a step that turns out impossible on the way its place in the file."""
+def _readable(path: Path, saved: Saved | None) -> RunReader | None:
+    """Open a record; None if it cannot be read, but its checkpoint says what it was of."""
     try:
-        return test()
-    except SpecificationError as error:
-        raise loaded.locate(error) from error
+        return RunReader(path)
+    except (FormatError, FileNotFoundError):
+        if saved is None:
+            raise
+        return None
 
 
-def _publish(folder: Path, name: str, progress: Callable[[float, str], None], *, pictures: bool) -> None:
-    """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
-    run = RunReader(folder / "run.h5")
-    if not len(run.trace):
-        return
-    progress(TESTED, "writing the log")
-    export_logs(run, folder, name)
-    if pictures:
-        progress(TESTED, "plotting")
-        stress_strain_plot(run, folder / f"{name}_stress_strain.png")
-        progress(TESTED, "drawing the knit")
-        note = knit_frames(run, folder / f"{name}_knit.png").note
-        if note:
-            sys.stderr.write(note + "\n")
-    progress(1.0, "done")
+def _as_begun(path: Path, record: RunReader | None, saved: Saved | None) -> Loaded:
+    """Read the protocol of a run again."""
+    if saved is not None:
+        origin = saved.origin
+        if record is not None and (record.protocol, record.materials) != (origin.protocol, origin.materials):
+            raise FormatError(path, 1, f"the record that {path.with_name(CHECKPOINT)} belongs to: another protocol")
+        return loads(origin.protocol, str(path), name=origin.name, materials=origin.materials)
+    if record is None:
+        raise FormatError(path, 1, "the record of a run")
+    return loads(record.protocol, str(path), name=str(record.provenance["name"]), materials=record.materials)

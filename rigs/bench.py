@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from rigs.checkpoint import checkpoint_of
+from rigs.cursor import END, START, Cursor
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import axial_strain, most_strained, place_of, read
 from rigs.way import Way, follow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.equilibrium.rupture import Spot
+    from rigs.checkpoint import Checkpoint
+    from rigs.cursor import Displacement
     from rigs.motion import Stroke
     from rigs.record import Phase
     from rigs.rig import Rig
-    from rigs.way import Displacement, Step
+    from rigs.way import Step
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -36,12 +42,12 @@ class Bench:
         How hard the solver tries.
     go_on : bool
         Whether the test goes on after a fibre broke.
+    cursor : Cursor
+        Where in its protocol the test stands; its last row says where the axes are and what time it is.
     displacement : Mapping
         Where the axes stand [m]: at first, where they were when the specimen was mounted.
     time : float
         Time on the rig's clock [s].
-    last : Equilibrium or None
-        The last row.
     ended : Outcome or None
         How the test ended, if a fibre that broke ended it.
     """
@@ -50,13 +56,57 @@ class Bench:
     state: State
     options: Options | None = None
     go_on: bool = False
+    cursor: Cursor = field(default_factory=Cursor)
     displacement: Displacement = field(init=False)
-    time: float = 0.0
-    last: Equilibrium | None = None
+    time: float = field(init=False)
     ended: Outcome | None = None
 
     def __post_init__(self) -> None:
-        self.displacement = dict.fromkeys(self.rig.grips, 0.0)
+        last = self.cursor.last
+        self.displacement = dict.fromkeys(self.rig.grips, 0.0) if last is None else last.displacement
+        self.time = 0.0 if last is None else last.time
+
+    @property
+    def last(self) -> Equilibrium | None:
+        """Return the last row."""
+        return self.cursor.last
+
+    def begin(self) -> None:
+        """Begin the next stroke where the axes stand."""
+        self.cursor = replace(
+            self.cursor,
+            stroke=self.cursor.stroke + 1,
+            begun=self.time,
+            leg=0,
+            origin=self.displacement,
+            place=START,
+            variables={},
+        )
+
+    def legs(self, legs: Iterable[T]) -> Iterator[T]:
+        """Yield the legs of a stroke, from the one under way on."""
+        for number, leg in enumerate(legs):
+            if number < self.cursor.leg:
+                continue
+            if number > self.cursor.leg:
+                self.cursor = replace(self.cursor, leg=number, origin=self.displacement, place=START)
+            yield leg
+
+    def note(self, **variables: float) -> None:
+        """Keep what the controller of the stroke needs to go on after the next row; all of it anew."""
+        self.cursor = replace(self.cursor, variables=variables)
+
+    def finish(self, stroke: Stroke) -> None:
+        """End a stroke where the axes stand."""
+        if self.displacement != stroke.end:
+            reached = {**self.cursor.reached, self.cursor.stroke: self.displacement}
+            self.cursor = replace(self.cursor, reached=reached)
+
+    def checkpoint(self) -> Checkpoint | None:
+        """Return what the test needs to go on from the last row; None if it cannot go on from there."""
+        if self.cursor.stroke == 0 or self.cursor.place is None or self.outcome() is not None:
+            return None
+        return checkpoint_of(self.rig, self.state, self.cursor)
 
     def strain(self, start: Displacement, end: Displacement) -> float:
         """Return the strain of a way: that of the axis that strains most [1]."""
@@ -64,15 +114,15 @@ class Bench:
 
     def march_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
         """Yield the equilibria on the straight way from here to `goal`, without going there; see `Way`."""
-        way = Way(
-            start=self.displacement,
-            goal=goal,
-            longest=longest,
-            duration=duration,
-            options=self.options,
-            go_on=self.go_on,
-        )
-        return follow(self.rig, self.state, way)
+        return follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration))
+
+    def go_on_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
+        """Yield the equilibria that are left of the leg under way, which ends at `goal`; see `Way`."""
+        way = self._way(self.cursor.origin, goal, longest, duration)
+        return follow(self.rig, self.state, way, START if self.cursor.place is None else self.cursor.place)
+
+    def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
+        return Way(start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on)
 
     def reach(self, goal: Displacement, *, duration: float = 0.0) -> Step:
         """Return the equilibrium at `goal`, or where the test ends before, and the cost of the way; stay here."""
@@ -93,7 +143,7 @@ class Bench:
         reading = read(self.rig, step.state)
         stretch, bend, twist, contact = (unit * float(part) for part in step.state.energies)
         whole = int(step.state.bonds.whole.sum())
-        self.last = Equilibrium(
+        row = Equilibrium(
             time=self.time,
             displacement=step.displacement,
             force=reading.force,
@@ -120,14 +170,15 @@ class Bench:
             phase=phase,
             tag=tag,
         )
-        return self.last
+        self.cursor = replace(self.cursor, last=row, place=step.place)
+        return row
 
     def stand(self, stroke: Stroke) -> Equilibrium:
         """Return the row of a stroke that moves nothing."""
         if self.last is None:
             msg = "a specimen must be mounted before it can stand still"
             raise RuntimeError(msg)
-        self.last = replace(
+        row = replace(
             self.last,
             time=self.time,
             iterations=0,
@@ -137,7 +188,8 @@ class Bench:
             phase=stroke.phase,
             tag=stroke.tag,
         )
-        return self.last
+        self.cursor = replace(self.cursor, last=row, place=END)
+        return row
 
     def frame(self) -> Frame:
         """Return the shape of the knit as it is now."""

@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.model import State
     from rigs.bench import Bench
+    from rigs.cursor import Displacement
     from rigs.motion import Stroke
     from rigs.record import Equilibrium
-    from rigs.way import Displacement, Step
+    from rigs.steps import Axis
+    from rigs.way import Step
 
 TOLERANCE: Final = 5e-3
 """An axis stops within this share of its force."""
@@ -54,9 +56,11 @@ def preload(
     Outcome or None
         A limit, if the reach of a preload or an instrument's range is used up before.
     """
-    begun, share = bench.time, 0.0
+    kept = bench.cursor.variables
+    share = kept.get("share", 0.0)
     pace = increment / bench.strain(stroke.start, stroke.end)
     stopped = {axis: stroke.start[axis] for axis in stroke.end if stroke.start[axis] == stroke.end[axis]}
+    stopped |= {axis: kept[_stop(axis)] for axis in stroke.end if _stop(axis) in kept}
 
     def where(share: float) -> Displacement:
         return {**between(stroke.start, stroke.end, share), **stopped}
@@ -76,11 +80,17 @@ def preload(
             reach = f"preload of {force:g} N not met within a strain of {PRELOAD_REACH:g}"
             return Outcome(end="limit", message=f"{reach}: {short}")
         step, share = _approach(bench, where, excess, (share, min(1.0, share + pace)), stroke.duration)
-        bench.time = begun + share * stroke.duration
+        bench.time = bench.cursor.begun + share * stroke.duration
+        bench.note(share=share, **{_stop(axis): at for axis, at in stopped.items()})
         yield bench.accept(step, stroke.phase, stroke.cycle, stroke.tag)
         ended = bench.outcome()
         if ended is not None:
             return ended
+
+
+def _stop(axis: Axis) -> str:
+    """Return the name under which the place is kept where an axis stopped."""
+    return f"stop_{axis}"
 
 
 def _approach(

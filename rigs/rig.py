@@ -56,6 +56,8 @@ class Rig:
         Load cells and encoders, one instrument a machine, each on its own clock.
     breaks_at : float or None
         Strain at its surface at which a fibre breaks [1]; None where rupture is off.
+    severed : tuple of int
+        The edges of the yarn that broke, in order.
     """
 
     specimen: Specimen
@@ -65,6 +67,7 @@ class Rig:
     mounted: FloatArray
     instruments: tuple[Instrument, ...]
     breaks_at: float | None
+    severed: tuple[int, ...] = ()
 
     @property
     def gauges(self) -> dict[Axis, float]:
@@ -108,7 +111,9 @@ class Reading:
     lateral: float
 
 
-def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, MachineData]) -> tuple[Rig, State]:
+def mount(
+    specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, MachineData], *, relaxed: bool = True
+) -> tuple[Rig, State]:
     """Hang a specimen on the rig of a protocol.
 
     Parameters
@@ -119,6 +124,8 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
         Gives rig, material, friction and the rate of the log.
     data : Mapping
         The numbers of the machines of the rig.
+    relaxed : bool
+        Relax a yarn that is straight at rest into its loops; needless where the rig is put back to a checkpoint.
 
     Returns
     -------
@@ -143,7 +150,7 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
     work = Workspace(model)
-    if spec.rest_shape == "straight":
+    if relaxed and spec.rest_shape == "straight":
         *_, (_, state, _) = knit_in(work, state)
     rig = Rig(
         specimen=specimen,
@@ -226,7 +233,7 @@ def without_edge(rig: Rig, state: State, edge: int, options: Options | None = No
     work, found = break_fibre(rig.work, state, edge, options)
     # Angles that nothing turns any more stay where they are.
     mounted = np.where(work.model.fixed & ~before, found.q, rig.mounted)
-    return replace(rig, work=work, mounted=mounted), found
+    return replace(rig, work=work, mounted=mounted, severed=(*rig.severed, edge)), found
 
 
 def place_of(rig: Rig, node: int) -> str:

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.march import Pace, advance, march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
 from knitlab_core.errors import ConvergenceError
+from rigs.cursor import START, Place
 from rigs.rig import most_strained, pose, without_edge
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options, Report
     from knitlab_core.equilibrium.rupture import Spot
+    from rigs.cursor import Displacement
     from rigs.record import FloatArray
     from rigs.rig import Rig
     from rigs.steps import Axis
-
-Displacement: TypeAlias = "Mapping[Axis, float]"
 
 MOST_BREAKS: Final = 100
 """Fibres that may break one after the other with the carriages where they are; beyond, the specimen is torn."""
@@ -49,6 +49,8 @@ class Step:
         Where a fibre breaks at this equilibrium.
     final : bool
         Whether the test ends with that break.
+    place : Place or None
+        From where the way can be gone on; None where a fibre breaks.
     """
 
     share: float
@@ -61,6 +63,7 @@ class Step:
     rig: Rig
     broken: Spot | None = None
     final: bool = False
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,16 +103,15 @@ def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, 
     return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
 
 
-def follow(rig: Rig, state: State, way: Way) -> Iterator[Step]:
-    """Yield the equilibria on a way; the caller's own time is not counted.
+def follow(rig: Rig, state: State, way: Way, place: Place = START) -> Iterator[Step]:
+    """Yield the equilibria on a way, or those after a place on it; the caller's own time is not counted.
 
     Where a fibre breaks, the equilibrium at which it does is one of them, and, if the test goes on, so is the one
     after it at the same place.
     """
-    at = 0.0
-    while True:
-        broken = None
-        for step in _whole(rig, state, way, at):
+    while place.share < 1.0:
+        broken, at = None, place.share
+        for step in _whole(rig, state, way, place):
             if _breaks(rig, step.state):
                 broken = _cut_short(rig, state, way, at, step)
                 break
@@ -122,41 +124,39 @@ def follow(rig: Rig, state: State, way: Way) -> Iterator[Step]:
         if after is None:
             return
         yield after
-        rig, state, at = after.rig, after.state, after.share
-        if at == 1.0:
-            return
+        rig, state, place = after.rig, after.state, Place(begin=after.share)
 
 
-def _whole(rig: Rig, state: State, way: Way, begin: float) -> Iterator[Step]:
-    """Yield the equilibria from a share of a way to its end, as if nothing broke."""
-    left = 1.0 - begin
-
-    def along(share: float) -> float:
-        return 1.0 if share == 1.0 else begin + share * left
+def _whole(rig: Rig, state: State, way: Way, place: Place) -> Iterator[Step]:
+    """Yield the equilibria from a place on a way to its end, as if nothing broke."""
+    left, pace = 1.0 - place.begin, Pace(at=place.at, step=place.step)
 
     path = march(
         rig.work,
         state,
-        lambda share: way.target(rig, along(share)),
+        lambda share: way.target(rig, replace(place, at=share).share),
         longest=min(1.0, way.longest / left),
         options=way.options,
         duration=left * way.duration,
+        pace=pace,
     )
     while True:
         began, made = perf_counter(), rig.work.factorisations
         found = next(path, None)
         if found is None:
             return
-        share, reached, report = found
+        at, reached, report = found
+        here = Place(begin=place.begin, at=at, step=pace.step)
         yield Step(
-            share=along(share),
-            displacement=between(way.start, way.goal, along(share)),
+            share=here.share,
+            displacement=between(way.start, way.goal, here.share),
             state=reached,
             report=report,
             iterations=report.iterations,
             factorisations=rig.work.factorisations - made,
             seconds=perf_counter() - began,
             rig=rig,
+            place=here,
         )
 
 
@@ -172,7 +172,7 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
     step on which a fused point breaks, which cannot be gone again.
     """
     limit, work = rig.breaks_at or 0.0, rig.work
-    whole = replace(step, broken=most_strained(rig, step.state))
+    whole = replace(step, broken=most_strained(rig, step.state), place=None)
     bonds_broke = bool((before.bonds.hold != step.state.bonds.hold).any())
     if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
         return whole
@@ -231,4 +231,5 @@ def _after(broken: Step, way: Way) -> Step | None:
         factorisations=rig.work.factorisations - made,
         seconds=perf_counter() - began,
         rig=rig,
+        place=Place(begin=broken.share),
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.rig_data import read_machine
+from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from rigs.instruments import Instrument, Zeroing, measure
@@ -123,13 +124,15 @@ def make_run(
     made = rows() if made is None else made
     instrument = stage_instrument()
     with RunWriter(
-        path,
-        protocol="name: synthetic\n",
-        size=SIZE,
-        axes=BOTH,
-        strands=[len(knit_nodes(0.0))],
-        instruments=[instrument],
-        provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+        make_record(
+            path,
+            protocol="name: synthetic\n",
+            size=SIZE,
+            axes=BOTH,
+            strands=[len(knit_nodes(0.0))],
+            instruments=[instrument],
+            provenance={"rig": "biaxial-hook", "seed": 7, "name": "synthetic"},
+        )
     ) as writer:
         for one in made:
             writer.append(one)

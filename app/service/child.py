@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.service.folder import JobFolder, LockedError, Result
 from app.service.jobs import Progress
-from knitlab_core.errors import KnitlabError
+from knitlab_core.errors import FormatError, KnitlabError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -85,14 +85,22 @@ def _attempt(files: JobFolder) -> None:
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:
-    from app.schemas import loads  # noqa: PLC0415 (heavy: only once the folder is ours)
-    from app.usecases import run_loaded  # noqa: PLC0415
+    """Go on from the checkpoint of an earlier attempt; begin at the beginning if it came to none."""
+    from app.checkpoint import CHECKPOINT  # noqa: PLC0415 (heavy: only once the folder is ours)
+    from app.schemas import loads  # noqa: PLC0415
+    from app.usecases import resume_run, run_loaded  # noqa: PLC0415
 
     spec = files.read_spec()
-    if files.run.exists():
-        shutil.rmtree(files.run)
+    if (files.run / CHECKPOINT).exists():
+        _log("goes on from its checkpoint")
+        try:
+            return resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
+        except FormatError as error:
+            # As after an upgrade: late is better than never.
+            _log(f"begins again: {error}")
+    shutil.rmtree(files.run, ignore_errors=True)
     loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
-    return run_loaded(loaded, files.run, watch.progress, watch.row, pictures=spec.pictures)
+    return run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
 
 
 def _said(result: Result) -> Result:

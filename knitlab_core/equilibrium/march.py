@@ -55,6 +55,22 @@ class Failure:
         )
 
 
+@dataclass(slots=True, kw_only=True)
+class Pace:
+    """Where a march stands; it keeps this up to date, so that another can go on from there.
+
+    Attributes
+    ----------
+    at : float
+        Parameter of the last equilibrium.
+    step : float or None
+        Length of the next step; None is the longest.
+    """
+
+    at: float = 0.0
+    step: float | None = None
+
+
 def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
     """Return a first guess (N, 4) of the motion, given that of the fixed unknowns."""
     fixed = work.model.fixed
@@ -151,6 +167,7 @@ def march(
     longest: float,
     options: Options | None = None,
     duration: float = 0.0,
+    pace: Pace | None = None,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
@@ -161,7 +178,7 @@ def march(
     work : Workspace
         Buffers of the model.
     state : State
-        Equilibrium at parameter 0.
+        Equilibrium at parameter 0, or where the pace says.
     path : callable
         Target (N, 4) at a parameter.
     longest : float
@@ -170,6 +187,8 @@ def march(
         How hard to try.
     duration : float
         Time the whole path takes, at an even pace [s]; it matters only to rods that relax.
+    pace : Pace, optional
+        Where to go on from; up to date whenever an equilibrium is yielded.
 
     Raises
     ------
@@ -178,7 +197,8 @@ def march(
     """
     count = max(1, int(np.ceil(1.0 / longest - 1e-9)))
     whole = 1.0 / count
-    at, step = 0.0, whole
+    pace = Pace() if pace is None else pace
+    at, step = pace.at, whole if pace.step is None else pace.step
 
     def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
         return advance(work, origin, path(end), options, duration=duration * (end - begin))
@@ -198,11 +218,12 @@ def march(
                 raise ConvergenceError(Failure(progress=at, report=report, position=place))
             continue
         at, state = to, found
-        yield at, state, report
         doubled = at / (2.0 * step)
         # A step grows only where the longer one stays on its own grid, so that whole steps are met again.
         if step < whole and report.iterations <= EASY and abs(doubled - round(doubled)) < 1e-6:
             step = min(2.0 * step, whole)
+        pace.at, pace.step = at, step
+        yield at, state, report
 
 
 def _next(at: float, step: float) -> float:

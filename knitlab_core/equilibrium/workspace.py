@@ -5,24 +5,15 @@ import numpy as np
 from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
-from knitlab_core.contact.neighbours import (
-    Candidates,
-    find_candidates,
-    largest_approach,
-    largest_fraction,
-)
+from knitlab_core.contact.neighbours import Candidates, find_candidates, largest_approach, largest_fraction
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
 from knitlab_core.contact.stiffness import contact_hessian
+from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
-from knitlab_core.equilibrium.pattern import (
-    fix_unknowns,
-    make_pattern,
-    multiply,
-    update_pattern,
-)
+from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern, multiply, update_pattern
 from knitlab_core.equilibrium.stopwatch import Stopwatch
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
@@ -85,6 +76,8 @@ class Workspace:
         self._listed = np.zeros((n, 3))
         self._memory = Memory.empty()
         self._shift = 0.0
+        self._hold: FloatArray | None = None
+        self._made: tuple[FloatArray, FloatArray | None] | None = None
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
@@ -94,14 +87,27 @@ class Workspace:
         `hold` (B,) is the share of its stiffness that each bond has; by default all of it.
         """
         self._memory = memory
-        bonds = self.model.bonds
-        if bonds is not None:
-            bonds = bonds if hold is None else bonds.held(hold)
-            self.fused = Fused(bonds, self.placed, self.model.samples.weights)
+        self._fuse(hold)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
         self.move_to(q, frames)
+
+    def _fuse(self, hold: FloatArray | None) -> None:
+        self._hold, bonds = hold, self.model.bonds
+        if bonds is not None:
+            bonds = bonds if hold is None else bonds.held(hold)
+            self.fused = Fused(bonds, self.placed, self.model.samples.weights)
+
+    @property
+    def carried(self) -> Carried | None:
+        """What is carried to the next equilibrium; None before the first. The arrays are not changed later."""
+        return None if self._made is None else Carried(*self._made, self._shift)
+
+    def go_on(self, carried: Carried) -> None:
+        """Go on where another workspace of the same model stood."""
+        self._fuse(carried.hold)
+        self.pattern, self._shift = self._analyse(carried.q), carried.shift
 
     def keep_listed(self, q: FloatArray) -> bool:
         """List the pairs anew if any two strands may have approached by more than the skin; say whether."""
@@ -125,16 +131,21 @@ class Workspace:
         if self._linear is not None:
             kept = self._fit(self.pattern, n)
         if kept is None:
-            with self.clock("analyse"):
-                bonds = None if self.fused is None else self.fused.bonds
-                wide = make_pattern(n, find_candidates(q, samples, law, PATTERN_SKIN), bonds)
-                kept = self._fit(wide, n)
-                self._linear = BlockCholesky(wide, q[:, :3])
-                self.blocks = np.zeros((wide.rows.size, 4, 4))
+            kept = self._fit(self._analyse(q), n)
         if kept is None:
             msg = "a list of pairs within the wider skin must contain those within the skin"
             raise RuntimeError(msg)
         self.pattern = kept
+
+    def _analyse(self, q: FloatArray) -> Pattern:
+        """Return a pattern with room to move in about `q`, and make ready to factor it."""
+        with self.clock("analyse"):
+            bonds = None if self.fused is None else self.fused.bonds
+            wide = make_pattern(len(q), find_candidates(q, self.model.samples, self.model.law, PATTERN_SKIN), bonds)
+            self._linear = BlockCholesky(wide, q[:, :3])
+            self.blocks = np.zeros((wide.rows.size, 4, 4))
+            self._made = q.copy(), self._hold
+            return wide
 
     def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
         """Fit pairs and bonds into a pattern, or return None if they need blocks it lacks."""
@@ -177,14 +188,7 @@ class Workspace:
         with self.clock("gradient"):
             g = -self.loads
             rod_gradient(q, model.rods, frames, g)
-            contact_gradient(
-                self.placed,
-                self.candidates,
-                model.samples,
-                model.law,
-                self.pairs,
-                g,
-            )
+            contact_gradient(self.placed, self.candidates, model.samples, model.law, self.pairs, g)
             if self.fused is not None:
                 self.fused.add_gradient(g)
         return g
@@ -260,15 +264,7 @@ class Workspace:
         """Return the change of the free forces by friction's loads when the strands move by `v`."""
         model = self.model
         out = np.zeros_like(v)
-        add_load_coupling(
-            self.placed.points,
-            self.candidates,
-            model.samples,
-            model.law,
-            self.pairs,
-            v,
-            out,
-        )
+        add_load_coupling(self.placed.points, self.candidates, model.samples, model.law, self.pairs, v, out)
         out[model.fixed] = 0.0
         return out
 

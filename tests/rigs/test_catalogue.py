@@ -6,6 +6,7 @@ import pytest
 
 from app.export import export_logs
 from app.rig_data import machines_of
+from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import SpecificationError
@@ -71,13 +72,15 @@ def test_a_rig_of_two_machines_is_data_alone(tmp_path: Path) -> None:
     assert rows[-1].time == pytest.approx(sum(times))
     assert {channel.name for channel in rig.instruments[1].channels} == {"Displacement", "Force"}
     with RunWriter(
-        tmp_path / "run.h5",
-        protocol="",
-        size=rig.size,
-        axes=test.axes,
-        strands=[len(specimen.nodes)],
-        instruments=rig.instruments,
-        provenance={},
+        make_record(
+            tmp_path / "run.h5",
+            protocol="",
+            size=rig.size,
+            axes=test.axes,
+            strands=[len(specimen.nodes)],
+            instruments=rig.instruments,
+            provenance={},
+        )
     ) as writer:
         for row in rows:
             writer.append(row)

@@ -13,6 +13,7 @@ import pytest
 from app.export import export_log
 from app.rig_data import read_machine
 from app.run_folder import make_run_folder, whole_file, write_whole
+from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import FormatError, SpecificationError
@@ -26,13 +27,15 @@ ROOT = Path(__file__).parents[2]
 
 def writer(path: Path) -> RunWriter:
     return RunWriter(
-        path,
-        protocol="name: ü\n",
-        size=SIZE,
-        axes=BOTH,
-        strands=[4],
-        instruments=[stage_instrument()],
-        provenance={"seed": 1},
+        make_record(
+            path,
+            protocol="name: ü\n",
+            size=SIZE,
+            axes=BOTH,
+            strands=[4],
+            instruments=[stage_instrument()],
+            provenance={"seed": 1},
+        )
     )
 
 

@@ -1,0 +1,237 @@
+"""Carry out the test of one run folder, from the start or from a checkpoint, and publish what it gave."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING, Final
+
+from app.check import build_specimen
+from app.checkpoint import CHECKPOINT, Keeper, Origin
+from app.export import export_logs
+from app.figures import run_figures
+from app.journal import TESTED, Journal
+from app.pictures import knit_frames
+from app.provenance import provenance
+from app.report import stress_strain_plot
+from app.rig_data import machines_of
+from app.run_layout import make_record
+from app.run_reader import RunReader
+from app.runs import RunWriter
+from knitlab_core.errors import SpecificationError
+from rigs.checkpoint import put_back
+from rigs.experiment import perform
+from rigs.instruments import measure
+from rigs.motion import planned_duration
+from rigs.rig import mount
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+    from pathlib import Path
+
+    from app.checkpoint import Saved
+    from app.figures import Figure
+    from app.schemas import Loaded
+    from knitlab_core.equilibrium.model import State
+    from rigs.experiment import Event
+    from rigs.record import End, Equilibrium, Outcome
+    from rigs.rig import Rig
+    from rigs.steps import Axis
+
+    Progress = Callable[[float, str], None]
+    Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
+
+RECORD: Final = "run.h5"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """Say how a run ended and what it came to.
+
+    Attributes
+    ----------
+    outcome : End
+        How it ended.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    folder : Path
+        The run folder.
+    figures : tuple of (name, value, unit)
+        Empty if nothing was measured.
+    """
+
+    outcome: End
+    message: str
+    folder: Path
+    figures: tuple[Figure, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """Hold a test that is to be done.
+
+    Attributes
+    ----------
+    loaded : Loaded
+        Its protocol.
+    folder : Path
+        Its folder.
+    origin : Origin
+        What it is of.
+    began : float
+        When it began, on the clock of `perf_counter`, earlier sessions counted in [s].
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium.
+    pictures : bool
+        Whether the plot and the knit are drawn too.
+    """
+
+    loaded: Loaded
+    folder: Path
+    origin: Origin
+    began: float
+    progress: Progress
+    watch: Watch | None
+    pictures: bool
+
+    @property
+    def record(self) -> Path:
+        """Return the file of the record."""
+        return self.folder / RECORD
+
+    @property
+    def checkpoint(self) -> Path:
+        """Return the file of the checkpoint."""
+        return self.folder / CHECKPOINT
+
+
+def make_task(
+    loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, pictures: bool
+) -> Task:
+    """Say what a test is of: its protocol, and what there is to do it with."""
+    origin = Origin(
+        name=loaded.protocol.name,
+        protocol=loaded.text,
+        materials=loaded.materials,
+        facts=provenance(loaded.protocol, machines_of(loaded.protocol)),
+    )
+    return Task(
+        loaded=loaded,
+        folder=folder,
+        origin=origin,
+        began=began,
+        progress=progress,
+        watch=watch,
+        pictures=pictures,
+    )
+
+
+def put_up(loaded: Loaded) -> tuple[Rig, State]:
+    """Mount the specimen of a protocol."""
+    return mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
+
+
+def from_start(task: Task, rig: Rig, state: State) -> RunResult:
+    """Do a test and write its record, ``run.h5``."""
+    protocol = task.loaded.protocol
+    make_record(
+        task.record,
+        protocol=task.loaded.text,
+        size=rig.size,
+        axes=protocol.axes,
+        strands=rig.strands,
+        instruments=rig.instruments,
+        provenance=task.origin.facts,
+        materials=task.loaded.materials,
+    )
+    # A checkpoint of before is none of the new record.
+    task.checkpoint.unlink(missing_ok=True)
+    with RunWriter(task.record) as writer:
+        journal = _journal(task, rig, writer)
+        result = _finish(task, rig, journal, perform(rig, state, protocol))
+    return _published(task, result)
+
+
+def go_on(task: Task, saved: Saved) -> RunResult:
+    """Go on with a test from a checkpoint."""
+    protocol, checkpoint = task.loaded.protocol, saved.checkpoint
+    laid, _ = mount(build_specimen(task.loaded), protocol, machines_of(protocol), relaxed=False)
+    rig = put_back(laid, checkpoint)
+    task = replace(task, began=task.began - saved.seconds)
+    with RunWriter(task.record, saved.lengths) as writer:
+        journal = _journal(task, rig, writer)
+        journal.zeroings.extend(saved.zeroings)
+        result = _finish(task, rig, journal, perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor))
+    return _published(task, result)
+
+
+def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, pictures: bool) -> RunResult:
+    """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
+    outcome = record.outcome
+    figures: tuple[Figure, ...] = ()
+    if saved is not None:
+        figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds)
+        _publish(folder, saved.origin.name, progress, pictures=pictures)
+        (folder / CHECKPOINT).unlink()
+    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures)
+
+
+def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
+    return Journal(
+        writer=writer,
+        keeper=Keeper(path=task.checkpoint, origin=task.origin, began=task.began),
+        gauges=rig.gauges,
+        planned=planned_duration(task.loaded.protocol, rig.gauges),
+        progress=task.progress,
+        watch=task.watch,
+    )
+
+
+def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> RunResult:
+    """Write a test down to its end, and what the instruments logged of it."""
+    outcome = _located(task.loaded, lambda: journal.record(events))
+    trace, log = RunReader(task.record).trace, task.loaded.protocol.log
+    figures: tuple[Figure, ...] = ()
+    if len(trace):
+        for instrument in rig.instruments:
+            samples = measure(instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
+            journal.writer.write_samples(samples)
+        figures = run_figures(trace, rig.size, journal.zeroings, perf_counter() - task.began)
+    journal.writer.finish(outcome)
+    return RunResult(outcome=outcome.end, message=outcome.message, folder=task.folder, figures=figures)
+
+
+def _published(task: Task, result: RunResult) -> RunResult:
+    """Write the views of a test; one that was not interrupted needs no checkpoint any more."""
+    _publish(task.folder, task.loaded.protocol.name, task.progress, pictures=task.pictures)
+    if result.outcome != "abort":
+        task.checkpoint.unlink(missing_ok=True)
+    return result
+
+
+def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
+    """Give a step that turns out impossible on the way its place in the file."""
+    try:
+        return test()
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+
+
+def _publish(folder: Path, name: str, progress: Progress, *, pictures: bool) -> None:
+    """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
+    run = RunReader(folder / RECORD)
+    if not len(run.trace):
+        return
+    progress(TESTED, "writing the log")
+    export_logs(run, folder, name)
+    if pictures:
+        progress(TESTED, "plotting")
+        stress_strain_plot(run, folder / f"{name}_stress_strain.png")
+        progress(TESTED, "drawing the knit")
+        note = knit_frames(run, folder / f"{name}_knit.png").note
+        if note:
+            sys.stderr.write(note + "\n")
+    progress(1.0, "done")

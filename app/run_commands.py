@@ -1,0 +1,77 @@
+"""The commands that run a protocol, and go on with a run that was killed."""
+
+from __future__ import annotations
+
+from pathlib import Path  # noqa: TC003 (typer reads it)
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from app.exit_codes import exit_code
+from app.terminal import AsJson, ProtocolPath, complain, warn
+
+if TYPE_CHECKING:
+    from app.usecases import RunResult
+
+
+def run(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Run folder to write.", show_default="a new one under runs/", file_okay=False),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a protocol: run.h5, the stage's CSV, plots and pictures, in a run folder.
+
+    Ctrl-C keeps what was recorded, and `knitlab resume` goes on.
+    """
+    from app.check import dry_run  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
+    from app.usecases import run_protocol  # noqa: PLC0415
+
+    warn(protocol, dry_run(load(protocol)).warnings)
+    with Bar(hidden=quiet) as bar:
+        result = run_protocol(protocol, out, bar.show)
+    if as_json:
+        print_json(result_data(result))
+    else:
+        print_result(result)
+    _end(str(protocol), result)
+
+
+def resume(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, or its run.h5.", show_default=False)],
+    *,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Go on with a run that was killed or interrupted, from its last checkpoint to the rows it would have had.
+
+    A run that has ended is left as it is.
+    """
+    from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
+    from app.usecases import has_ended, resume_run  # noqa: PLC0415
+
+    ended = has_ended(run)
+    if ended is not None:
+        complain(f"{run}: has ended already: {ended.end} {ended.message}")
+        raise typer.Exit
+    with Bar(hidden=quiet) as bar:
+        result = resume_run(run, bar.show)
+    if as_json:
+        print_json(result_data(result))
+    else:
+        print_result(result)
+    _end(str(run), result)
+
+
+def _end(name: str, result: RunResult) -> NoReturn:
+    """Say how a run ended that did not meet its target, and leave with its exit code."""
+    hint = f"; go on with: knitlab resume {result.folder}" if result.outcome == "abort" else ""
+    if result.outcome != "target":
+        complain(f"{name}: {result.outcome}: {result.message}{hint}")
+    raise typer.Exit(exit_code(result))

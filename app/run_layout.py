@@ -1,0 +1,170 @@
+"""Lay out ``run.h5``: every dataset and its unit, and how long what grows has grown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+
+from app.run_folder import whole_file
+from rigs.record import PHASES, units
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rigs.instruments import Instrument
+    from rigs.record import SpecimenSize
+    from rigs.steps import Axis
+
+#: Rows that one stretch of the file holds; a new one is needed only so often.
+CHUNK = 4096
+#: Rises whenever a reader of the last layout would not find what it looks for.
+LAYOUT = 3
+RUNNING = "running"
+TEXT = h5py.string_dtype("utf-8", length=64)
+END = h5py.string_dtype("utf-8", length=16)
+MESSAGE = h5py.string_dtype("utf-8", length=1024)
+_WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_whole", "bonds_broken"})
+#: Attributes that count what has been written.
+_COUNTS = ("NSteps",)
+
+
+def make_record(
+    path: Path,
+    *,
+    protocol: str,
+    size: SpecimenSize,
+    axes: Sequence[Axis],
+    strands: Sequence[int],
+    instruments: Sequence[Instrument],
+    provenance: Mapping[str, str | int | float],
+    materials: str = "",
+) -> Path:
+    """Make the record of a run that has no row yet, all of it or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        The file, ``run.h5``; an older one is replaced.
+    protocol : str
+        The protocol's YAML, verbatim.
+    size : SpecimenSize
+        Extents and fibre radius.
+    axes : sequence of Axis
+        The axes that are driven.
+    strands : sequence of int
+        Nodes of every strand, N in all.
+    instruments : sequence of Instrument
+        Their channels.
+    provenance : mapping of str to (str, int or float)
+        Versions, seed, rig, material values with their sources.
+    materials : str
+        The YAML of the materials that the protocol brings in a file of its own, verbatim.
+
+    Returns
+    -------
+    Path
+        The same path.
+    """
+    facts = {
+        "layout": LAYOUT,
+        "fibre_radius": size.fibre_radius,
+        **{f"extent_{axis}": extent for axis, extent in size.extents.items()},
+        "thickness_convention": size.convention,
+    }
+    with whole_file(path) as made, h5py.File(made, "w", libver="earliest", locking=False) as file:
+        file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
+        file.create_dataset("materials", data=materials, dtype=h5py.string_dtype("utf-8"))
+        file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
+        file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
+        file.attrs.update({**provenance, **facts})
+        _make_equilibria(file, axes)
+        _make_frames(file, axes, sum(strands), sum(strands) - len(strands))
+        file.create_group("channels")
+        for instrument in instruments:
+            _make_channels(file, instrument)
+        outcome = file.create_group("outcome")
+        outcome.attrs.create("end", RUNNING, dtype=END)
+        outcome.attrs.create("message", "", dtype=MESSAGE)
+    return path
+
+
+def lengths(file: h5py.File) -> dict[str, int]:
+    """Return the lengths of all that grows: datasets by their names, counts in attributes as ``group@count``."""
+    found: dict[str, int] = {}
+
+    def look(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Group):
+            found.update({f"{name}@{count}": int(item.attrs[count]) for count in _COUNTS if count in item.attrs})
+        elif item.maxshape[:1] == (None,):
+            found[name] = item.shape[0]
+
+    file.visititems(look)
+    return found
+
+
+def reaches(path: Path, wanted: Mapping[str, int]) -> bool:
+    """Tell whether a record has at least the wanted lengths."""
+    with h5py.File(path, "r", locking=False) as file:
+        found = lengths(file)
+    return all(found.get(name, 0) >= length for name, length in wanted.items())
+
+
+def cut(file: h5py.File, wanted: Mapping[str, int]) -> None:
+    """Drop what was written after everything that grows had the wanted lengths."""
+    for name in lengths(file):
+        place, _, count = name.partition("@")
+        if count:
+            file[place].attrs[count] = wanted.get(name, 0)
+        else:
+            file[place].resize(wanted.get(name, 0), axis=0)
+
+
+def _column(group: h5py.Group, name: str, dtype: object, unit: str | None = None) -> None:
+    dataset = group.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(CHUNK,), dtype=dtype)
+    if unit is not None:
+        dataset.attrs["units"] = unit
+
+
+def _phase_and_tag(table: h5py.Group) -> None:
+    _column(table, "phase", "i1")
+    table["phase"].attrs["meaning"] = ", ".join(PHASES)
+    _column(table, "tag", "i4")
+
+
+def _make_equilibria(file: h5py.File, axes: Sequence[Axis]) -> None:
+    table = file.create_group("equilibria")
+    for name, unit in units(axes).items():
+        _column(table, name, "i8" if name in _WHOLE else "f8", unit)
+    _phase_and_tag(table)
+
+
+def _make_frames(file: h5py.File, axes: Sequence[Axis], node_count: int, edge_count: int) -> None:
+    table = file.create_group("frames")
+    _column(table, "time", "f8", "s")
+    for axis in axes:
+        _column(table, f"strain_{axis}", "f8", "1")
+    _column(table, "cycle", "i8")
+    _column(table, "phase", "i1")
+    for name, tail, unit in (
+        ("nodes", (node_count, 3), "m"),
+        ("axial_strain", (edge_count,), "1"),
+    ):
+        made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
+        made.attrs["units"] = unit
+
+
+def _make_channels(file: h5py.File, instrument: Instrument) -> None:
+    table = file["channels"].create_group(instrument.name)
+    _column(table, "Time", "f8", "s")
+    _column(table, "cycle", "i8")
+    for kind in ("clean", "offset"):
+        table.create_group(kind)
+    for channel in instrument.channels:
+        for place in (table, table["clean"], table["offset"]):
+            _column(place, channel.name, "f8", channel.unit)
+        table[channel.name].attrs["reads"] = channel.reads
+    table.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
+    _phase_and_tag(table)
