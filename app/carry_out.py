@@ -89,6 +89,8 @@ class Task:
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium.
+    pictures : bool
+        Whether the plot and the knit are drawn too.
     """
 
     loaded: Loaded
@@ -97,6 +99,7 @@ class Task:
     began: float
     progress: Progress
     watch: Watch | None
+    pictures: bool
 
     @property
     def record(self) -> Path:
@@ -109,7 +112,9 @@ class Task:
         return self.folder / CHECKPOINT
 
 
-def make_task(loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None) -> Task:
+def make_task(
+    loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, pictures: bool
+) -> Task:
     """Say what a test is of: its protocol, and what there is to do it with."""
     origin = Origin(
         name=loaded.protocol.name,
@@ -117,7 +122,15 @@ def make_task(loaded: Loaded, folder: Path, began: float, progress: Progress, wa
         materials=loaded.materials,
         facts=provenance(loaded.protocol, fitted_machines(loaded)),
     )
-    return Task(loaded=loaded, folder=folder, origin=origin, began=began, progress=progress, watch=watch)
+    return Task(
+        loaded=loaded,
+        folder=folder,
+        origin=origin,
+        began=began,
+        progress=progress,
+        watch=watch,
+        pictures=pictures,
+    )
 
 
 def put_up(loaded: Loaded) -> tuple[Rig, State]:
@@ -159,14 +172,14 @@ def go_on(task: Task, saved: Saved) -> RunResult:
     return _published(task, result)
 
 
-def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Progress) -> RunResult:
+def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, pictures: bool) -> RunResult:
     """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
         protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
-        _publish(folder, saved.origin.name, progress)
+        _publish(folder, saved.origin.name, progress, pictures=pictures)
         (folder / CHECKPOINT).unlink()
     return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps)
 
@@ -202,7 +215,7 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
 
 def _published(task: Task, result: RunResult) -> RunResult:
     """Write the views of a test; one that was not interrupted needs no checkpoint any more."""
-    _publish(task.folder, task.loaded.protocol.name, task.progress)
+    _publish(task.folder, task.loaded.protocol.name, task.progress, pictures=task.pictures)
     if result.outcome != "abort":
         task.checkpoint.unlink(missing_ok=True)
     return result
@@ -216,19 +229,20 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
         raise loaded.locate(error) from error
 
 
-def _publish(folder: Path, name: str, progress: Callable[[float, str], None]) -> None:
+def _publish(folder: Path, name: str, progress: Progress, *, pictures: bool) -> None:
     """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
     run = RunReader(folder / RECORD)
     if not len(run.trace):
         return
     progress(TESTED, "writing the log")
     export_logs(run, folder)
-    progress(TESTED, "plotting")
-    stress_strain_plot(run, folder / f"{name}_stress_strain.png")
-    progress(TESTED, "drawing the knit")
-    note = knit_frames(run, folder / f"{name}_knit.png").note
-    if note:
-        sys.stderr.write(note + "\n")
+    if pictures:
+        progress(TESTED, "plotting")
+        stress_strain_plot(run, folder / f"{name}_stress_strain.png")
+        progress(TESTED, "drawing the knit")
+        note = knit_frames(run, folder / f"{name}_knit.png").note
+        if note:
+            sys.stderr.write(note + "\n")
     images_of(run, folder, name, progress)
     progress(1.0, "done")
 

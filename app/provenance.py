@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import platform
 from dataclasses import fields, is_dataclass
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
 
 from app.labels import beyond_elastic, yarn_label
+from app.version import version_of
 from knitlab_core.materials import DEFAULT_FRICTION, Value
 from rigs.machine import Datum
 
@@ -54,7 +54,7 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("seed", protocol.log.seed),
             ("zero_strain", spec.rest_shape),
             ("version.python", platform.python_version()),
-            *((f"version.{package}", _version(package)) for package in PACKAGES),
+            *((f"version.{package}", version_of(package)) for package in PACKAGES),
             ("material", material.name),
             *_facts("material", material),
             *_sourced("friction", friction),
@@ -84,14 +84,6 @@ def _options(spec: SpecimenSpec) -> Iterator[Fact]:
     limit = spec.substance.breaking_strain
     if spec.rupture != "off" and limit is not None:
         yield from _sourced("rupture.strain", limit)
-
-
-def _version(package: str) -> str:
-    """Return the version of an installed package."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _facts(name: str, part: object) -> Iterator[Fact]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from app.check import Plan, SpecimenFacts
     from app.figures import Figure
+    from app.knitlab_client import Job
     from app.sweeps import SweepResult
     from app.usecases import RunResult
     from knitlab_core.materials import Material, Value
@@ -357,6 +358,23 @@ def _numbers(material: Material) -> list[tuple[str, Value]]:
         for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
     ]
     return [(word, value) for word, value in single.items() if value is not None] + terms
+
+
+def jobs_data(found: Sequence[Job]) -> list[dict[str, Any]]:
+    """Return jobs as plain data."""
+    return [asdict(job) for job in found]
+
+
+def print_jobs(found: Sequence[Job]) -> None:
+    """Print a table of jobs."""
+    table = Table()
+    for name in ("id", "name", "state", "done", "created", "end"):
+        # An id must stay whole, to be copied.
+        table.add_column(name, no_wrap=name == "id", overflow="fold")
+    for job in found:
+        created = (job.created or "")[:16].replace("T", " ")
+        table.add_row(job.id, job.name, job.state, f"{job.progress.share:.0%}", created, job.end or "")
+    _stdout().print(table)
 
 
 def _stdout() -> Console:

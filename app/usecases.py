@@ -75,7 +75,13 @@ def run_protocol(
 
 
 def run_loaded(
-    loaded: Loaded, out: Path, progress: Progress, watch: Watch | None = None, *, exact: bool = False
+    loaded: Loaded,
+    out: Path,
+    progress: Progress,
+    watch: Watch | None = None,
+    *,
+    exact: bool = False,
+    pictures: bool = True,
 ) -> RunResult:
     """Run a protocol that has been read; else as `run_protocol`.
 
@@ -91,16 +97,18 @@ def run_loaded(
         Told number, row and strains [1] of every equilibrium.
     exact : bool
         Run in `out` itself, whatever else is in it but a run.
+    pictures : bool
+        Whether to draw the plot and the knit too.
     """
     began = perf_counter()
     _announce()
     rig, state = put_up(loaded)
     folder = _exactly(out) if exact else make_run_folder(out)
     with locked(folder):
-        return from_start(make_task(loaded, folder, began, progress, watch), rig, state)
+        return from_start(make_task(loaded, folder, began, progress, watch, pictures=pictures), rig, state)
 
 
-def resume_run(run: Path, progress: Progress, watch: Watch | None = None) -> RunResult:
+def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pictures: bool = True) -> RunResult:
     """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
 
     Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
@@ -114,6 +122,8 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None) -> Run
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium from there.
+    pictures : bool
+        Whether to draw the plot and the knit too.
 
     Returns
     -------
@@ -133,9 +143,9 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None) -> Run
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":
-            return as_ended(record, folder, saved, progress)
+            return as_ended(record, folder, saved, progress, pictures=pictures)
         loaded = _as_begun(folder / RECORD, record, saved)
-        task = make_task(loaded, folder, began, progress, watch)
+        task = make_task(loaded, folder, began, progress, watch, pictures=pictures)
         _announce()
         if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
             sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")

@@ -1,0 +1,222 @@
+"""Run one job in a process of its own: take the folder, run or go on, say how it ended.
+
+Kept light: the process imports this first, and the solver only once it holds the folder.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import signal
+import sys
+import threading
+import time
+import traceback
+from multiprocessing import connection, parent_process
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.service.folder import JobFolder, LockedError, Result
+from app.service.jobs import Progress
+from knitlab_core.errors import FormatError, KnitlabError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import FrameType
+
+    from app.usecases import RunResult
+    from rigs.record import Equilibrium
+    from rigs.steps import Axis
+
+STOPPED, LOCKED = 75, 76
+"""Exit codes: asked to stop, work kept; another process holds the folder."""
+
+_SECONDS_BETWEEN_REPORTS: Final = 0.2
+
+
+class StopAskedError(Exception):
+    """Carry the wish to stop out of the solver."""
+
+
+def work(folder: str) -> None:
+    """Work on a job until it ends or is stopped; the result, not the exit code, says how it went.
+
+    Parameters
+    ----------
+    folder : str
+        The job's folder.
+    """
+    files = JobFolder(Path(folder))
+    os.setsid()  # Ctrl-C in the server's terminal is the server's business
+    _die_with_parent()
+    _say_into(files.log)
+    try:
+        with files.lock():
+            if files.result() is None:
+                _attempt(files)
+    except LockedError:
+        sys.exit(LOCKED)
+    except StopAskedError:
+        _log("stopped; what is done is kept")
+        sys.exit(STOPPED)
+
+
+def _attempt(files: JobFolder) -> None:
+    """Run the job's test, from its checkpoint if it has one, and write the result."""
+    watch = _Watch(files)
+    signal.signal(signal.SIGTERM, watch.ask_to_stop)
+    _log(f"process {os.getpid()} begins")
+    try:
+        ended = _test(files, watch)
+    except StopAskedError:
+        raise
+    except KnitlabError as error:
+        files.write_result(_said(Result(end="error", message=str(error), failed=True)))
+    except MemoryError:
+        files.write_result(_said(Result(end="memory", message="the system has no memory left", failed=True)))
+    except BaseException:
+        traceback.print_exc()
+        raise
+    else:
+        failed = ended.outcome == "diverged"
+        files.write_result(_said(Result(end=ended.outcome, message=ended.message, failed=failed)))
+
+
+def _test(files: JobFolder, watch: _Watch) -> RunResult:
+    """Go on from the checkpoint of an earlier attempt; begin at the beginning if it came to none."""
+    from app.checkpoint import CHECKPOINT  # noqa: PLC0415 (heavy: only once the folder is ours)
+    from app.schemas import loads  # noqa: PLC0415
+    from app.usecases import resume_run, run_loaded  # noqa: PLC0415
+
+    spec = files.read_spec()
+    if (files.run / CHECKPOINT).exists():
+        _log("goes on from its checkpoint")
+        try:
+            return resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
+        except FormatError as error:
+            # As after an upgrade: late is better than never.
+            _log(f"begins again: {error}")
+    shutil.rmtree(files.run, ignore_errors=True)
+    loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
+    return run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
+
+
+def _said(result: Result) -> Result:
+    """Log how the job ended."""
+    _log(f"{'failed' if result.failed else 'done'}: {result.end}{': ' if result.message else ''}{result.message}")
+    return result
+
+
+class _Watch:
+    """Write down rows and progress as they come; raise once somebody wants the job to stop."""
+
+    def __init__(self, files: JobFolder) -> None:
+        self._files = files
+        self._stop = False
+        self._began = time.monotonic()
+        self._ran_before = files.ran()
+        self._reported = 0.0
+        self._first_share: float | None = None
+        self._last = Progress()
+        self._rows: _Rows | None = None
+        self._phase = ""
+
+    def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Take note of SIGTERM; the solver is left at the next report."""
+        self._stop = True
+
+    def row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
+        """Write down an equilibrium."""
+        if self._rows is None:
+            self._rows = _Rows(self._files.rows_file, number)
+        self._rows.append(
+            {
+                "row": number,
+                "time": row.time,
+                "phase": row.phase,
+                "cycle": row.cycle,
+                "tag": row.tag,
+                "strain": dict(strain),
+                "displacement": dict(row.displacement),
+                "force": dict(row.force),
+            }
+        )
+        self._last = Progress(strain=_plain(strain), force=_plain(row.force), rows=number + 1)
+        if self._phase != (phase := f"{row.phase} {row.cycle}"):
+            self._phase = phase
+            _log(f"row {number}: {phase}")
+
+    def progress(self, share: float, text: str) -> None:
+        """Report how far the job is, now and then, and at the end."""
+        if self._stop:
+            raise StopAskedError
+        now = time.monotonic()
+        if now - self._reported < _SECONDS_BETWEEN_REPORTS and share < 1.0:
+            return
+        self._reported, spent = now, now - self._began
+        if self._first_share is None:
+            self._first_share = share
+        gone = share - self._first_share
+        progress = Progress(
+            share=share,
+            text=text,
+            strain=self._last.strain,
+            force=self._last.force,
+            seconds_left=spent * (1.0 - share) / gone if gone > 0.0 else None,
+            rows=self._last.rows,
+        )
+        self._files.write_progress(progress, self._ran_before + spent)
+
+
+class _Rows:
+    """Append rows to a file that keeps the rows before number `first` and no later ones."""
+
+    def __init__(self, path: Path, first: int) -> None:
+        with path.open("a+b") as file:
+            file.seek(0)
+            kept = sum(len(line) for _, line in zip(range(first), file, strict=False) if line.endswith(b"\n"))
+            file.truncate(kept)
+        self._file = path.open("ab", buffering=0)
+
+    def append(self, row: Mapping[str, object]) -> None:
+        """Write a row as one line."""
+        self._file.write(json.dumps(row).encode() + b"\n")
+
+
+def _say_into(log: Path) -> None:
+    """Send whatever this process prints to the job's log."""
+    descriptor = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+    for stream in (1, 2):
+        os.dup2(descriptor, stream)
+    os.close(descriptor)
+    sys.stdout = sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+
+
+def _log(text: str) -> None:
+    sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
+
+
+def _die_with_parent() -> None:
+    """End with the supervisor: nobody would watch this process any more.
+
+    The parent by kinship is the fork server, so the supervisor's end shows on a pipe only. Its hang-up sends
+    SIGIO, whose default is to die: that works while a kernel keeps the interpreter from running.
+    """
+    parent = parent_process()
+    if parent is None:
+        return
+    pipe = parent.sentinel
+    if sys.platform == "linux":
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
+        fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
+        if connection.wait([pipe], timeout=0.0):
+            os._exit(LOCKED)
+    else:
+        threading.Thread(target=lambda: (connection.wait([pipe]), os._exit(LOCKED)), daemon=True).start()
+
+
+def _plain(values: Mapping[Axis, float]) -> dict[str, float]:
+    return {str(axis): value for axis, value in values.items()}

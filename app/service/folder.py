@@ -1,0 +1,161 @@
+"""Keep a job's files: what was asked, how far it is, what it said, how it ended.
+
+protocol.yaml, spec.json  what was asked, for people and for the process
+run/                      the run folder: run.h5, checkpoint, logs, plots
+rows.jsonl                one line per equilibrium, as they come
+progress.json             how far it is; replaced whole
+job.log                   what the process said
+lock                      held by the process that works here
+result.json               how it ended; made once, never changed
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import socket
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from app.run_folder import write_whole
+from app.service.jobs import JobSpec, Progress
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+
+class LockedError(Exception):
+    """Report that another process works in the folder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """Say how a job's process ended its work.
+
+    Attributes
+    ----------
+    end : str
+        How the test ended, or what stopped it.
+    message : str
+        One line for people.
+    failed : bool
+        Whether the job has failed.
+    """
+
+    end: str
+    message: str
+    failed: bool
+
+
+class JobFolder:
+    """Read and write the files of one job.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; it is made with the first file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.run = path / "run"
+        self.log = path / "job.log"
+        self.rows_file = path / "rows.jsonl"
+
+    def write_spec(self, spec: JobSpec) -> None:
+        """Write down what was asked."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        write_whole(self.path / "protocol.yaml", [spec.protocol.encode()])
+        write_whole(self.path / "spec.json", [json.dumps(asdict(spec)).encode()])
+
+    def read_spec(self) -> JobSpec:
+        """Return what was asked."""
+        return JobSpec(**json.loads((self.path / "spec.json").read_bytes()))
+
+    def write_progress(self, progress: Progress, ran: float) -> None:
+        """Say how far the job is and how long it has run, all attempts together [s]."""
+        # Not synchronised to disk: after a power cut the next attempt says it anew.
+        temporary = self.path / f".progress-{os.getpid()}.json"
+        temporary.write_text(json.dumps({**asdict(progress), "ran": ran}), encoding="utf-8")
+        temporary.replace(self.path / "progress.json")
+
+    def progress(self) -> Progress:
+        """Return how far the job is."""
+        data = self._progress()
+        data.pop("ran", None)
+        return Progress(**data)
+
+    def ran(self) -> float:
+        """Return how long the job has run so far [s]."""
+        return float(self._progress().get("ran", 0.0))
+
+    def _progress(self) -> dict[str, Any]:
+        with suppress(FileNotFoundError, json.JSONDecodeError):
+            data: dict[str, Any] = json.loads((self.path / "progress.json").read_bytes())
+            return data
+        return {}
+
+    def rows(self, since: int = 0, limit: int = 1000) -> list[dict[str, Any]]:
+        """Return the equilibria from number `since` on, at most so many, in the order of time.
+
+        Each has ``row`` (its number, from 0), ``time`` [s], ``phase``, ``cycle``, ``tag``, and per driven axis
+        ``strain`` [1], ``displacement`` [m] and ``force`` [N].
+        """
+        found: list[dict[str, Any]] = []
+        with suppress(FileNotFoundError), self.rows_file.open("rb") as file:
+            for number, line in enumerate(file):
+                if len(found) >= limit or not line.endswith(b"\n"):
+                    break
+                if number >= since:
+                    found.append(json.loads(line))
+        return found
+
+    def write_result(self, result: Result) -> None:
+        """Say how the job ended; the first to say so is right."""
+        whole = write_whole(self.path / f".result-{os.getpid()}.json", [json.dumps(asdict(result)).encode()])
+        try:
+            with suppress(FileExistsError):
+                os.link(whole, self.path / "result.json")
+        finally:
+            whole.unlink()
+
+    def result(self) -> Result | None:
+        """Return how the job ended; None while it has not."""
+        try:
+            return Result(**json.loads((self.path / "result.json").read_bytes()))
+        except FileNotFoundError:
+            return None
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Hold the folder; the lock goes with the process, however that ends.
+
+        Raises
+        ------
+        LockedError
+            If another process holds it.
+        """
+        with (self.path / "lock").open("a+b", buffering=0) as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise LockedError from error
+            file.truncate(0)
+            file.write(json.dumps({"host": socket.gethostname(), "pid": os.getpid()}).encode())
+            yield
+
+    def holder(self) -> int | None:
+        """Return the process on this host that holds the lock; None if nobody does, or one elsewhere."""
+        try:
+            with (self.path / "lock").open("rb") as file:
+                try:
+                    fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    said = json.loads(file.read() or b"{}")
+                    return int(said["pid"]) if said.get("host") == socket.gethostname() else None
+        except FileNotFoundError:
+            pass
+        return None

@@ -1,0 +1,212 @@
+"""Keep jobs in SQL: what a job is and what the queue holds change in one transaction."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import time
+import uuid
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import sqlalchemy as sa
+
+from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
+from app.service.folder import JobFolder
+from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
+from app.service.tables import jobs, keys, make_tables, open_engine
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.service.settings import Settings
+
+_LARGEST_PAGE: Final = 1000
+_DONE: Final = Progress(share=1.0, text="done")
+
+
+class Store:
+    """Keep the jobs of a database and a data folder; the `JobStore` of the service.
+
+    Parameters
+    ----------
+    settings : Settings
+        Where both are.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        logging.getLogger("dbos").setLevel(logging.ERROR)
+        self.settings = settings
+        self.engine = open_engine(settings)
+        self.client = open_client(self.engine, settings.database)
+        make_tables(self.engine)
+
+    def submit(self, spec: JobSpec, *, key: str | None = None) -> Job:
+        """Accept a job durably; the same key and body return the job accepted before."""
+        return self._accept([spec], key, sweep=None)[0]
+
+    def submit_all(self, specs: Sequence[JobSpec], *, key: str | None = None) -> list[Job]:
+        """Accept a sweep: all of it or nothing."""
+        return self._accept(specs, key, sweep=uuid.uuid4().hex[:12]) if specs else []
+
+    def _accept(self, specs: Sequence[JobSpec], key: str | None, sweep: str | None) -> list[Job]:
+        texts = [json.dumps(asdict(spec), sort_keys=True) for spec in specs]
+        digest = hashlib.sha256("\n".join([str(sweep is None), *texts]).encode()).hexdigest()
+        now = time.time()
+        rows = [
+            {
+                "id": uuid.uuid4().hex[:16],
+                "name": spec.name,
+                "spec": text,
+                "sweep": sweep,
+                "state": "queued",
+                "delivery": 1,
+                "created": now,
+                "attempts": 0,
+                "crashes": 0,
+                "message": "",
+            }
+            for spec, text in zip(specs, texts, strict=True)
+        ]
+        first = {"job": rows[0]["id"] if sweep is None else None, "sweep": sweep}
+        try:
+            with self.engine.begin() as connection:
+                if key is not None:
+                    connection.execute(sa.insert(keys).values(key=key, digest=digest, **first))
+                connection.execute(sa.insert(jobs), rows)
+                head = str(rows[0]["id"])
+                enqueue(self.client, connection, delivery_id(head, 1), SINGLE if sweep is None else SWEEP)
+                if len(rows) > 1:
+                    others = sa.select(jobs.c.id + delivery_id("", 1)).where(jobs.c.sweep == sweep, jobs.c.id != head)
+                    enqueue_alike(self.client, connection, delivery_id(head, 1), others)
+        except sa.exc.IntegrityError:
+            if key is None:
+                raise
+            return self._accepted_before(key, digest)
+        created = datetime.fromtimestamp(now, UTC)
+        return [
+            Job(id=str(row["id"]), name=spec.name, state="queued", created=created, sweep=sweep)
+            for spec, row in zip(specs, rows, strict=True)
+        ]
+
+    def _accepted_before(self, key: str, digest: str) -> list[Job]:
+        """Return what a key stood for when it came first."""
+        with self.engine.begin() as connection:
+            before = connection.execute(sa.select(keys).where(keys.c.key == key)).one()
+            if before.digest != digest:
+                raise KeyReusedError(key)
+            which = jobs.c.id == before.job if before.sweep is None else jobs.c.sweep == before.sweep
+            rows = connection.execute(sa.select(jobs).where(which).order_by(jobs.c.seq)).all()
+        return [self._job(row) for row in rows]
+
+    def get(self, job: str) -> Job:
+        """Return a job."""
+        with self.engine.begin() as connection:
+            return self._job(_row(connection, job))
+
+    def list(
+        self, limit: int = 50, cursor: str | None = None, state: State | None = None, sweep: str | None = None
+    ) -> Page:
+        """Return a page of jobs, newest first."""
+        limit = max(1, min(limit, _LARGEST_PAGE))
+        query = sa.select(jobs).order_by(jobs.c.seq.desc()).limit(limit + 1)
+        if cursor is not None:
+            query = query.where(jobs.c.seq < int(cursor))
+        if state is not None:
+            query = query.where(jobs.c.state == state)
+        if sweep is not None:
+            query = query.where(jobs.c.sweep == sweep)
+        with self.engine.begin() as connection:
+            rows = connection.execute(query).all()
+        more = len(rows) > limit
+        return Page(jobs=tuple(map(self._job, rows[:limit])), cursor=str(rows[limit - 1].seq) if more else None)
+
+    def counts(self) -> dict[State, int]:
+        """Return how many jobs are in each state."""
+        query = sa.select(jobs.c.state, sa.func.count()).group_by(jobs.c.state)
+        with self.engine.begin() as connection:
+            found = {row[0]: int(row[1]) for row in connection.execute(query)}
+        return {state: found.get(state, 0) for state in STATES}
+
+    def cancel(self, job: str) -> Job:
+        """Ask a job to end."""
+        with self.engine.begin() as connection:
+            one = sa.update(jobs).where(jobs.c.id == job)
+            waiting = one.where(jobs.c.state.in_(("queued", "paused")))
+            if not connection.execute(
+                waiting.values(state="cancelled", finished=time.time(), end="cancelled")
+            ).rowcount:
+                connection.execute(one.where(jobs.c.state == "running").values(state="cancelling", wanted=None))
+            return self._job(_row(connection, job))
+
+    def pause(self, job: str) -> Job:
+        """Ask a queued or running job to rest at its checkpoint."""
+        with self.engine.begin() as connection:
+            one = sa.update(jobs).where(jobs.c.id == job)
+            if not connection.execute(one.where(jobs.c.state == "queued").values(state="paused")).rowcount:
+                connection.execute(one.where(jobs.c.state == "running").values(wanted="pause"))
+            return self._job(_row(connection, job))
+
+    def resume(self, job: str) -> Job:
+        """Queue a paused job again."""
+        with self.engine.begin() as connection:
+            one = sa.update(jobs).where(jobs.c.id == job)
+            paused = one.where(jobs.c.state == "paused")
+            if connection.execute(paused.values(state="queued", delivery=jobs.c.delivery + 1)).rowcount:
+                number = connection.scalar(sa.select(jobs.c.delivery).where(jobs.c.id == job))
+                enqueue(self.client, connection, delivery_id(job, int(number or 1)), SINGLE)
+            else:
+                connection.execute(one.where(jobs.c.state == "running").values(wanted=None))
+            return self._job(_row(connection, job))
+
+    def spec(self, job: str) -> JobSpec:
+        """Return what was asked for."""
+        with self.engine.begin() as connection:
+            return JobSpec(**json.loads(_row(connection, job).spec))
+
+    def folder(self, job: str) -> Path:
+        """Return where the job's files are or will be."""
+        with self.engine.begin() as connection:
+            return self.files(_row(connection, job).id).path
+
+    def files(self, job: str) -> JobFolder:
+        """Return the files of a job that is known to exist."""
+        return JobFolder(self.settings.jobs / job[:2] / job)
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self.client.destroy()
+        self.engine.dispose()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _job(self, row: sa.Row[*tuple[Any, ...]]) -> Job:
+        fresh = row.state == "queued" and not row.attempts
+        return Job(
+            id=row.id,
+            name=row.name,
+            state=row.state,
+            created=datetime.fromtimestamp(row.created, UTC),
+            started=None if row.started is None else datetime.fromtimestamp(row.started, UTC),
+            finished=None if row.finished is None else datetime.fromtimestamp(row.finished, UTC),
+            attempts=row.attempts,
+            end=row.end,
+            message=row.message,
+            progress=Progress() if fresh else self.files(row.id).progress(),
+            sweep=row.sweep,
+            wanted=row.wanted,
+        )
+
+
+def _row(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]]:
+    row = connection.execute(sa.select(jobs).where(jobs.c.id == job)).one_or_none()
+    if row is None:
+        raise UnknownJobError(job)
+    return row

@@ -1,0 +1,221 @@
+"""Run one delivery of a job: start its process, watch it, stop it when asked, settle the job."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from contextlib import suppress
+from multiprocessing import connection
+from typing import TYPE_CHECKING, Final, Literal
+
+import psutil
+
+from app.service import child
+from app.service.claims import claim, orders
+from app.service.folder import Result
+
+if TYPE_CHECKING:
+    from multiprocessing.context import ForkServerContext, SpawnContext
+    from multiprocessing.process import BaseProcess
+
+    from app.service.claims import Claim, Order
+    from app.service.folder import JobFolder
+    from app.service.jobs import JobSpec
+    from app.service.store import Store
+
+Stop = Literal["cancel", "pause", "drain", "lost", "timeout", "memory"]
+
+ATTEMPTS: Final = 3
+"""Crashes after which a job has failed."""
+
+LOOK: Final = 0.2
+"""Time between two looks at a process, and at what the store wants of it [s]."""
+
+GRACE: Final = 4.0
+"""Time that a process has to stop by itself [s]; what its checkpoint holds is kept in any case."""
+
+_MEBIBYTE: Final = 1024.0**2
+_log: Final = logging.getLogger(__name__)
+
+
+class Supervisor:
+    """Run deliveries, each in a process of its own.
+
+    Parameters
+    ----------
+    store : Store
+        Where the jobs are.
+    """
+
+    def __init__(self, store: Store) -> None:
+        self.store = store
+        self.draining = threading.Event()
+        self._closed = threading.Event()
+        # Starting and reaping share state inside multiprocessing.
+        self._processes = threading.Lock()
+        self._orders: dict[str, Order] = {}
+        self._running: set[str] = set()
+        self._context = _context()
+
+    def get_ready(self) -> None:
+        """Start the fork server and wait until it has its kernels."""
+        process = self._context.Process(target=time.sleep, args=(0,), daemon=True)
+        with self._processes:
+            process.start()
+        process.join()
+        threading.Thread(target=self._listen, name="knitlab-orders", daemon=True).start()
+
+    def close(self) -> None:
+        """Stop looking at the store."""
+        self._closed.set()
+
+    def deliver(self, delivery: str) -> None:
+        """Work on a delivery until its job ends, rests or belongs to somebody else."""
+        held = claim(self.store, delivery)
+        if held is None:
+            return
+        self._running.add(held.job)
+        try:
+            self._run(held)
+        except Exception as error:  # noqa: BLE001 (a job must not stay `running` for ever)
+            _log.exception("job %s", held.job)
+            held.settle(Result(end="error", message=f"the service failed: {type(error).__name__}", failed=True))
+        finally:
+            self._running.discard(held.job)
+            self._orders.pop(held.job, None)
+
+    def _run(self, held: Claim) -> None:
+        spec, files = self.store.spec(held.job), self.store.files(held.job)
+        files.write_spec(spec)
+        while (result := files.result()) is None:
+            if self.draining.is_set():
+                held.give_back()
+                return
+            stop, code = self._attempt(held, spec, files)
+            if files.result() is not None or stop == "drain":
+                continue
+            if stop == "lost":
+                return
+            if stop == "pause":
+                held.rest()
+                return
+            if stop is None and code == child.LOCKED:
+                self._free(files)
+            elif (failed := self._verdict(held, spec, stop, code)) is not None:
+                files.write_result(failed)
+        held.settle(result)
+
+    def _verdict(self, held: Claim, spec: JobSpec, stop: Stop | None, code: int) -> Result | None:
+        """Return what ends a job whose process ended without a result; None to try again."""
+        match stop:
+            case "cancel":
+                return Result(end="cancelled", message="", failed=False)
+            case "timeout":
+                return Result(end=stop, message=f"ran longer than its timeout of {spec.timeout:g} s", failed=True)
+            case "memory":
+                limit = (spec.memory or 0) / _MEBIBYTE
+                return Result(end=stop, message=f"held more than its memory limit of {limit:.0f} MiB", failed=True)
+        # Whoever stops the whole service may stop its processes one by one.
+        if code == child.STOPPED or self.draining.is_set() or (times := held.crashed()) < ATTEMPTS:
+            return None
+        return Result(end="crash", message=_crash(times, code), failed=True)
+
+    def _attempt(self, held: Claim, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
+        """Run the job's process once; return why it was stopped and its exit code."""
+        process = self._context.Process(target=child.work, args=(str(files.path),), daemon=True)
+        with self._processes:
+            process.start()
+        held.begin()
+        began, ran, stop = time.monotonic(), files.ran(), None
+        while stop is None and not connection.wait([process.sentinel], timeout=LOOK):
+            stop = self._reason(held, spec, process, ran + time.monotonic() - began)
+        if stop in {"pause", "drain"}:
+            _signal(process, signal.SIGTERM)
+            connection.wait([process.sentinel], timeout=GRACE)
+        # Whatever ended it, nothing of it shall be left: its session holds what it started.
+        _signal(process, signal.SIGKILL)
+        with self._processes:
+            process.join()
+        return stop, process.exitcode or 0
+
+    def _reason(self, held: Claim, spec: JobSpec, process: BaseProcess, ran: float) -> Stop | None:
+        """Return why a running process must stop now."""
+        order = self._orders.get(held.job)
+        if order is not None and order.owner != held.owner:
+            # Perhaps it was read before this run began.
+            order = orders(self.store, [held.job]).get(held.job)
+        if order is not None and (asked := _asked(order, held.owner)) is not None:
+            return asked
+        if self.draining.is_set():
+            return "drain"
+        if spec.timeout is not None and ran > spec.timeout:
+            return "timeout"
+        if spec.memory is not None and _resident(process) > spec.memory:
+            return "memory"
+        return None
+
+    def _free(self, files: JobFolder) -> None:
+        """Take the folder from a process that works for a run which lost the job; wait if it is on another host."""
+        holder = files.holder()
+        if holder is not None:
+            _log.warning("%s: process %d holds it for a run that is over; killed", files.path.name, holder)
+            with suppress(ProcessLookupError):
+                os.kill(holder, signal.SIGKILL)
+        time.sleep(LOOK if holder is not None else 5.0 * LOOK)
+
+    def _listen(self) -> None:
+        """Look at what the store wants of the jobs that run."""
+        while not self._closed.wait(LOOK):
+            running = list(self._running)
+            if running:
+                try:
+                    self._orders = orders(self.store, running)
+                except Exception as error:  # noqa: BLE001 (the database is away; jobs go on)
+                    _log.warning("cannot look at the jobs: %s", error)
+
+
+def _context() -> SpawnContext | ForkServerContext:
+    """Return how processes begin: forked from a server that has the kernels ready, where there is forking."""
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["app.service.warm"])
+    return context
+
+
+def _signal(process: BaseProcess, number: signal.Signals) -> None:
+    """Send a signal to a job's process and all that it started."""
+    if process.pid is None:
+        return
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, number)
+        return
+    with suppress(ProcessLookupError):  # it has not made its session yet
+        os.kill(process.pid, number)
+
+
+def _resident(process: BaseProcess) -> int:
+    """Return the memory a process holds [bytes]; 0 if it is gone."""
+    with suppress(psutil.Error):
+        return int(psutil.Process(process.pid).memory_info().rss)
+    return 0
+
+
+def _asked(order: Order, owner: str) -> Stop | None:
+    """Return what the store asks of a run."""
+    if order.owner != owner:
+        return "lost"
+    if order.state == "cancelling":
+        return "cancel"
+    return "pause" if order.wanted == "pause" else None
+
+
+def _crash(times: int, code: int) -> str:
+    """Return how a process died."""
+    how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+    return f"its process died {times} times, last {how}; job.log says more"

@@ -1,0 +1,90 @@
+"""Describe the store's tables, and open a database that holds them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+if TYPE_CHECKING:
+    from app.service.settings import Settings
+
+_metadata = sa.MetaData()
+
+#: One row a job. `delivery` numbers its entries in the queue, `owner` is the run that may settle it.
+jobs = sa.Table(
+    "knitlab_jobs",
+    _metadata,
+    sa.Column("seq", sa.Integer, primary_key=True, autoincrement=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("spec", sa.Text, nullable=False),
+    sa.Column("sweep", sa.Text, index=True),
+    sa.Column("state", sa.Text, nullable=False),
+    sa.Column("wanted", sa.Text),
+    sa.Column("delivery", sa.Integer, nullable=False),
+    sa.Column("owner", sa.Text),
+    sa.Column("created", sa.Float(53), nullable=False),
+    sa.Column("started", sa.Float(53)),
+    sa.Column("finished", sa.Float(53)),
+    sa.Column("attempts", sa.Integer, nullable=False),
+    sa.Column("crashes", sa.Integer, nullable=False),
+    sa.Column("end", sa.Text),
+    sa.Column("message", sa.Text, nullable=False),
+    sa.Index("knitlab_jobs_by_state", "state", "seq"),
+)
+
+#: Idempotency keys: which body came with a key, and the job or sweep that it became.
+keys = sa.Table(
+    "knitlab_keys",
+    _metadata,
+    sa.Column("key", sa.Text, primary_key=True),
+    sa.Column("digest", sa.Text, nullable=False),
+    sa.Column("job", sa.Text),
+    sa.Column("sweep", sa.Text),
+)
+
+#: Heartbeats of workers, by the database's clock.
+workers = sa.Table(
+    "knitlab_workers",
+    _metadata,
+    sa.Column("id", sa.Text, primary_key=True),
+    sa.Column("host", sa.Text, nullable=False),
+    sa.Column("slots", sa.Integer, nullable=False),
+    sa.Column("beat", sa.Float(53), nullable=False),
+)
+
+
+def open_engine(settings: Settings) -> sa.Engine:
+    """Connect to the database of the settings; make its folder if the database is embedded."""
+    if not settings.embedded:
+        return sa.create_engine(settings.database, pool_size=8, max_overflow=8, pool_pre_ping=True)
+    settings.data.mkdir(parents=True, exist_ok=True)
+    engine = sa.create_engine(settings.database, pool_size=8, max_overflow=8)
+
+    @sa.event.listens_for(engine, "connect")
+    def _prepare(connection: Any, _record: object) -> None:  # noqa: ANN401 (whatever the driver gives)
+        # Writers queue up before they read, so that none finds its view outdated half-way.
+        connection.isolation_level = "IMMEDIATE"
+        connection.execute("PRAGMA busy_timeout=30000")
+        connection.execute("PRAGMA foreign_keys=ON")
+
+    with engine.connect() as connection:
+        # Kept in the file: readers and a writer no longer wait for each other.
+        connection.execute(sa.text("PRAGMA journal_mode=WAL"))
+    return engine
+
+
+def make_tables(engine: sa.Engine) -> None:
+    """Make what is missing; two processes may do so at once."""
+    with engine.begin() as connection:
+        if engine.dialect.name == "postgresql":
+            connection.execute(sa.text("SELECT pg_advisory_xact_lock(7218443)"))
+        _metadata.create_all(connection)
+
+
+def database_now(engine: sa.Engine) -> sa.ColumnElement[float]:
+    """Return the database's own clock [s since the epoch]: hosts may disagree about the time."""
+    if engine.dialect.name == "postgresql":
+        return sa.cast(sa.extract("epoch", sa.func.clock_timestamp()), sa.Float(53))
+    return sa.literal_column("(julianday('now') - 2440587.5) * 86400.0", sa.Float(53))

@@ -1,0 +1,191 @@
+"""The store alone: what is accepted is there, all of it or nothing; the rows DBOS will find."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+import sqlalchemy as sa
+from dbos import DBOSClient
+
+from app.service import deliveries
+from app.service.jobs import JobSpec, KeyReusedError, UnknownJobError
+from app.service.settings import settings
+from app.service.store import Store
+from knitlab_core.errors import SpecificationError
+from tests.service.lab import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+SPEC = JobSpec(name="a", protocol="text: of a protocol\n", materials="text of materials")
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with Store(settings(tmp_path, {})) as made:
+        yield made
+
+
+def rows_of(store: Store, table: str) -> list[dict[str, object]]:
+    with store.engine.begin() as connection:
+        return [dict(row) for row in connection.execute(sa.text(f"SELECT * FROM {table}")).mappings()]  # noqa: S608
+
+
+def test_a_job_is_there_once_accepted(store: Store) -> None:
+    job = store.submit(SPEC)
+    assert store.get(job.id) == job
+    assert (job.state, job.name, job.attempts, job.sweep) == ("queued", "a", 0, None)
+    assert store.spec(job.id) == SPEC
+    assert store.list().jobs == (job,)
+
+
+def test_an_unknown_job_is_named(store: Store) -> None:
+    for ask in (store.get, store.cancel, store.pause, store.resume, store.spec, store.folder):
+        with pytest.raises(UnknownJobError, match="'nope'"):
+            ask("nope")
+
+
+def test_the_same_key_and_body_is_the_same_job(store: Store) -> None:
+    job = store.submit(SPEC, key="k")
+    assert store.submit(SPEC, key="k").id == job.id
+    sweep = store.submit_all([SPEC, SPEC], key="s")
+    assert [again.id for again in store.submit_all([SPEC, SPEC], key="s")] == [one.id for one in sweep]
+    assert sum(store.counts().values()) == 3
+
+
+def test_the_same_key_with_another_body_is_refused(store: Store) -> None:
+    store.submit(SPEC, key="k")
+    other = JobSpec(name="b", protocol=SPEC.protocol)
+    with pytest.raises(KeyReusedError, match="'k'"):
+        store.submit(other, key="k")
+    with pytest.raises(KeyReusedError):
+        store.submit_all([SPEC], key="k")
+    assert sum(store.counts().values()) == 1
+
+
+def test_pages_show_every_job_once_newest_first(store: Store) -> None:
+    made = [store.submit(SPEC).id for _ in range(7)]
+    seen, cursor = [], None
+    while True:
+        page = store.list(3, cursor)
+        seen += [job.id for job in page.jobs]
+        cursor = page.cursor
+        if cursor is None:
+            break
+    assert seen == made[::-1]
+
+
+def test_jobs_are_found_by_state_and_sweep(store: Store) -> None:
+    sweep = store.submit_all([SPEC] * 3)
+    alone = store.submit(SPEC)
+    store.pause(sweep[1].id)
+    assert [job.id for job in store.list(state="paused").jobs] == [sweep[1].id]
+    assert {job.id for job in store.list(sweep=sweep[0].sweep).jobs} == {job.id for job in sweep}
+    assert alone.sweep is None
+    assert store.counts()["queued"] == 3
+
+
+def test_wishes_are_idempotent_and_a_final_state_stays(store: Store) -> None:
+    job = store.submit(SPEC)
+    assert [store.pause(job.id).state for _ in range(2)] == ["paused", "paused"]
+    assert [store.resume(job.id).state for _ in range(2)] == ["queued", "queued"]
+    assert [store.cancel(job.id).state for _ in range(2)] == ["cancelled", "cancelled"]
+    assert store.pause(job.id).state == store.resume(job.id).state == "cancelled"
+
+
+def test_a_resumed_job_is_one_new_delivery(store: Store) -> None:
+    job = store.submit(SPEC)
+    store.pause(job.id)
+    store.resume(job.id)
+    store.resume(job.id)
+    assert {row["workflow_uuid"] for row in rows_of(store, "workflow_status")} == {f"{job.id}.1", f"{job.id}.2"}
+
+
+def test_deliveries_of_a_sweep_are_what_dbos_would_write(store: Store) -> None:
+    """The contract with DBOS's tables: it changes only if DBOS does."""
+    alone = store.submit(SPEC)
+    store.submit_all([SPEC] * 3)
+    for table in ("workflow_status", "workflow_input"):
+        by_id = {str(row.pop("workflow_uuid")): row for row in rows_of(store, table)}
+        own = by_id.pop(f"{alone.id}.1")
+        different = {"created_at", "updated_at", "creator_xid", "priority", "retention_timestamp"}
+        for row in by_id.values():
+            assert row.keys() == own.keys()
+            assert {name for name in row if row[name] != own[name]} <= different
+    assert {row["priority"] for row in rows_of(store, "workflow_status")} == {deliveries.SINGLE, deliveries.SWEEP}
+
+
+def test_priorities_are_of_those_that_dbos_counts(store: Store) -> None:
+    assert 1 <= deliveries.AGAIN < deliveries.SINGLE < deliveries.SWEEP
+    with pytest.raises(Exception, match="priority"), store.engine.begin() as connection:
+        deliveries.enqueue(store.client, connection, "x.1", priority=0)
+
+
+def test_what_a_dead_worker_took_is_queued_again_but_not_what_was_cancelled(store: Store) -> None:
+    """The contract with DBOS's private recovery."""
+    jobs = store.submit_all([SPEC] * 3)
+    with store.engine.begin() as connection:
+        connection.execute(sa.text("UPDATE workflow_status SET status='PENDING', executor_id='gone'"))
+    store.client.cancel_workflow(f"{jobs[0].id}.1")
+    assert deliveries.takers(store.client) == {"gone"}
+    assert deliveries.take_back(store.client, "gone") == 2
+    assert deliveries.take_back(store.client, "gone") == 0
+    states = {row["workflow_uuid"]: row["status"] for row in rows_of(store, "workflow_status")}
+    assert [states[f"{job.id}.1"] for job in jobs] == ["CANCELLED", "ENQUEUED", "ENQUEUED"]
+
+
+def test_the_embedded_database_keeps_a_write_ahead_log(store: Store) -> None:
+    with store.engine.connect() as connection:
+        assert connection.scalar(sa.text("PRAGMA journal_mode")) == "wal"
+
+
+def test_queued_jobs_carry_the_constant_version(store: Store) -> None:
+    store.submit(SPEC)
+    assert {row["application_version"] for row in rows_of(store, "workflow_status")} == {deliveries.VERSION}
+
+
+SUBMIT = """
+import sys
+from pathlib import Path
+from app.service.jobs import JobSpec
+from app.service.settings import settings
+from app.service.store import Store
+store = Store(settings(Path(sys.argv[1]), {}))
+print("go", flush=True)
+store.submit_all([JobSpec(name="a", protocol="p")] * 4000)
+"""
+
+
+@pytest.mark.parametrize("after", [0.02, 0.1, 0.3])
+def test_a_sweep_cut_short_is_there_whole_or_not_at_all(tmp_path: Path, after: float) -> None:
+    command = [sys.executable, "-c", SUBMIT, str(tmp_path)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as submitting:
+        assert submitting.stdout is not None
+        submitting.stdout.readline()
+        time.sleep(after)
+        submitting.kill()
+    with Store(settings(tmp_path, {})) as store:
+        jobs = sum(store.counts().values())
+        assert jobs in {0, 4000}
+        assert len(rows_of(store, "workflow_status")) == len(rows_of(store, "workflow_input")) == jobs
+
+
+def test_a_database_that_is_no_postgresql_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SpecificationError, match="KNITLAB_DB"):
+        settings(tmp_path, {"KNITLAB_DB": "mysql://root:secret@host/db"})
+
+
+def test_settings_come_from_the_environment(tmp_path: Path) -> None:
+    assert settings(None, {"KNITLAB_DATA": str(tmp_path)}).data == tmp_path
+    many = settings(tmp_path, {"KNITLAB_DB": "postgresql://lab@db/knitlab"})
+    assert (many.database, many.embedded) == ("postgresql+psycopg://lab@db/knitlab", False)
+
+
+def test_the_public_client_still_takes_our_connections(store: Store) -> None:
+    assert isinstance(store.client, DBOSClient)
+    assert store.client.list_workflows() == []

@@ -1,0 +1,188 @@
+"""The promise: no accepted job is lost or finished twice, whatever dies, freezes or leaves."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import statistics
+import time
+from typing import TYPE_CHECKING
+
+import psutil
+import pytest
+
+from app.service.deliveries import QUEUE, VERSION
+from tests.service.lab import LONG, ROOT, TINY, Lab, begun, cycles, postgres, postgres_programs, until
+from tests.service.storm import Storm, endure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+long = pytest.mark.slow
+needs_postgres = pytest.mark.skipif(postgres_programs() is None, reason="PostgreSQL is not installed")
+POSTGRES = pytest.param("postgres", marks=needs_postgres)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    with postgres() as url:
+        yield url
+
+
+@pytest.fixture
+def lab(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Lab]:
+    kind = getattr(request, "param", "sqlite")
+    made = Lab(tmp_path, request.getfixturevalue("server") if kind == "postgres" else "")
+    _forget(made)
+    yield made
+    made.close()
+
+
+def _forget(lab: Lab) -> None:
+    """Empty the database that the tests of this file share."""
+    if not lab.store.settings.embedded:
+        import sqlalchemy as sa
+
+        with lab.store.engine.begin() as connection:
+            for table in ("knitlab_jobs", "knitlab_keys", "knitlab_workers"):
+                connection.execute(sa.text(f"DELETE FROM {table}"))  # noqa: S608
+            connection.execute(sa.text("DELETE FROM dbos.workflow_status"))
+
+
+def both(*short: pytest.ParameterSet) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("lab", ["sqlite", POSTGRES, *short], indirect=True)
+
+
+def test_a_killed_server_comes_back_and_goes_on_and_leaves_no_orphan(lab: Lab) -> None:
+    worker = lab.start(slots=1)
+    first, second = lab.store.submit(cycles(120)), lab.store.submit(TINY)
+    until(lambda: lab.process(first) is not None and lab.has_rows(first, 5))
+    orphan = lab.process(first)
+    assert orphan is not None
+    lab.kill(worker)
+    gone = until(lambda: not orphan.is_running() or orphan.status() == psutil.STATUS_ZOMBIE, every=0.01)
+    assert gone < 2.0
+    assert lab.job(first).state == "running"
+    lab.start(slots=1)
+    until(lab.finished)
+    assert [lab.job(job).state for job in (first, second)] == ["succeeded"] * 2
+    assert begun(lab.files(first)) == 2
+
+
+@long
+@both()
+def test_sigterm_lets_running_jobs_be_queued_again_within_seconds(lab: Lab) -> None:
+    worker = lab.start(slots=1)
+    job, waiting = lab.store.submit(cycles(120)), lab.store.submit(TINY)
+    until(lambda: lab.process(job) is not None and lab.has_rows(job, 5))
+    asked = time.monotonic()
+    worker.send_signal(signal.SIGTERM)
+    assert worker.wait() == 0
+    assert time.monotonic() - asked < 20.0
+    assert [lab.job(one).state for one in (job, waiting)] == ["queued", "queued"]
+    assert lab.process(job) is None
+    lab.start(slots=1)
+    until(lab.finished)
+    done = lab.job(job)
+    assert (done.state, done.attempts, done.progress.rows) == ("succeeded", 2, 241)
+
+
+@long
+@both()
+def test_a_newer_build_runs_what_an_older_one_queued(lab: Lab, tmp_path: Path) -> None:
+    """DBOS would give changed code a new version, and let the old version's jobs wait for ever."""
+    job = lab.store.submit(TINY)
+    newer = tmp_path / "newer"
+    for wing in ("app", "rigs", "knitlab_core"):
+        shutil.copytree(ROOT / wing, newer / wing, ignore=shutil.ignore_patterns("__pycache__"))
+    source = newer / "app" / "service" / "deliveries.py"
+    text = source.read_text()
+    assert "work(str(DBOS.workflow_id))" in text
+    source.write_text(text.replace("work(str(DBOS.workflow_id))", "newer = str(DBOS.workflow_id)\n        work(newer)"))
+    lab.start(root=newer)
+    until(lab.finished, patience=900.0)
+    assert lab.job(job).state == "succeeded"
+
+
+@long
+@pytest.mark.parametrize("lab", [POSTGRES], indirect=True)
+def test_a_worker_that_never_returns_is_replaced(lab: Lab) -> None:
+    lost = lab.start(slots=1)
+    job = lab.store.submit(cycles(120))
+    until(lambda: lab.process(job) is not None and lab.has_rows(job, 5))
+    lab.start(slots=1)
+    lab.kill(lost)
+    until(lab.finished)
+    assert (lab.job(job).state, begun(lab.files(job))) == ("succeeded", 2)
+
+
+@long
+@pytest.mark.parametrize("lab", [POSTGRES], indirect=True)
+def test_a_frozen_worker_that_comes_back_does_no_harm(lab: Lab) -> None:
+    frozen = lab.start(slots=1)
+    job = lab.store.submit(cycles(400))
+    until(lambda: lab.process(job) is not None and lab.has_rows(job, 5))
+    child = lab.process(job)
+    assert child is not None
+    frozen.send_signal(signal.SIGSTOP)
+    child.suspend()
+    lab.start(slots=1)
+    until(lambda: begun(lab.files(job)) == 2)
+    assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
+    frozen.send_signal(signal.SIGCONT)
+    until(lab.finished)
+    assert (lab.job(job).state, begun(lab.files(job))) == ("succeeded", 2)
+    # It begins anew under another name, and takes jobs again.
+    lab.workers[1].send_signal(signal.SIGTERM)
+    lab.workers[1].wait()
+    again = lab.store.submit(TINY)
+    until(lab.finished)
+    assert lab.job(again).state == "succeeded"
+
+
+@long
+@both()
+def test_a_job_cancelled_while_nobody_is_there_never_begins_again(lab: Lab) -> None:
+    worker = lab.start(slots=1)
+    job = lab.store.submit(LONG)
+    until(lambda: lab.process(job) is not None and lab.has_rows(job, 5))
+    lab.kill(worker)
+    assert lab.store.cancel(job.id).state == "cancelling"
+    lab.start(slots=1)
+    until(lambda: lab.job(job).state == "cancelled")
+    assert begun(lab.files(job)) == 1
+
+
+@long
+@both()
+def test_two_hundred_jobs_in_a_storm(lab: Lab) -> None:
+    many = not lab.store.settings.embedded
+    storm = Storm(
+        jobs=200,
+        workers=2 if many else 1,
+        children_killed=20,
+        workers_killed=5,
+        workers_frozen=2 if many else 0,
+        workers_told_to_leave=2,
+    )
+    tally = endure(lab, storm)
+    assert (tally.submitted, tally.finished, tally.succeeded) == (200, 200, 200)
+    assert (tally.lost, tally.twice, tally.different) == (0, 0, 0)
+    assert tally.redone >= 10
+
+
+@long
+@both()
+def test_a_hundred_thousand_queued_jobs(lab: Lab) -> None:
+    began = time.monotonic()
+    lab.store.submit_all([TINY] * 100_000)
+    assert time.monotonic() - began < 60.0
+    queue = lab.store.client.register_queue(QUEUE, worker_concurrency=2)
+    database, times = lab.store.client._sys_db, []
+    for _ in range(100):
+        began = time.monotonic()
+        taken, _ = database.start_queued_workflows(queue, "test", VERSION, None)
+        times.append(time.monotonic() - began)
+        assert len(taken) == 2
+    assert statistics.median(times) < 0.05

@@ -1,0 +1,174 @@
+"""Start real workers, on SQLite or a real PostgreSQL, and see what becomes of jobs."""
+
+from __future__ import annotations
+
+import json
+import os
+import pwd
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import psutil
+
+from app.service.jobs import FINAL, JobSpec
+from app.service.settings import settings
+from app.service.store import Store
+from app.service.warm import PROTOCOL
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from app.service.folder import JobFolder
+    from app.service.jobs import Job
+
+ROOT: Final = Path(__file__).parents[2]
+PATIENCE: Final = 180.0
+
+#: A real test of three rows: a fraction of a second.
+TINY: Final = JobSpec(name="tiny", protocol=PROTOCOL, pictures=False)
+#: The same cycle hundreds of times: minutes, unless something stops it.
+LONG: Final = JobSpec(name="long", protocol=PROTOCOL.replace("n: 1", "n: 2000"), pictures=False)
+#: A knit so large that nearly all its time is spent inside kernels.
+BUSY: Final = JobSpec(name="busy", protocol=PROTOCOL.replace("[2, 2]", "[12, 12]"), pictures=False)
+
+
+def cycles(count: int) -> JobSpec:
+    """Return a test of so many cycles, two rows each."""
+    return JobSpec(name=f"cycles-{count}", protocol=PROTOCOL.replace("n: 1", f"n: {count}"), pictures=False)
+
+
+def until(what: Callable[[], object], patience: float = PATIENCE, every: float = 0.05) -> float:
+    """Wait until something is true; return how long it took [s]."""
+    began = time.monotonic()
+    while not what():
+        if time.monotonic() - began > patience:
+            raise TimeoutError(f"not true after {patience:g} s")
+        time.sleep(every)
+    return time.monotonic() - began
+
+
+class Lab:
+    """A store and the workers that serve it.
+
+    Parameters
+    ----------
+    folder : Path
+        Data folder.
+    database : str
+        URL of a PostgreSQL database; empty for SQLite.
+    """
+
+    def __init__(self, folder: Path, database: str = "") -> None:
+        self.folder = folder
+        self.environment = {**os.environ, "KNITLAB_DB": database, "PYTHONPATH": str(ROOT)}
+        self.store = Store(settings(folder, self.environment))
+        self.workers: list[subprocess.Popen[str]] = []
+
+    def start(self, slots: int = 2, lease: float = 3.0, root: Path = ROOT) -> subprocess.Popen[str]:
+        """Start a worker from the sources in a folder."""
+        worker = subprocess.Popen(
+            [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(self.folder)]
+            + ["--slots", str(slots), "--lease", str(lease)],
+            cwd=root,
+            env={**self.environment, "PYTHONPATH": str(root)},
+            stderr=subprocess.PIPE if root == ROOT else None,
+            text=True,
+        )
+        self.workers.append(worker)
+        return worker
+
+    def kill(self, worker: subprocess.Popen[str]) -> None:
+        """Kill a worker as a crash would: it alone, at once."""
+        worker.kill()
+        worker.wait()
+
+    def job(self, job: Job) -> Job:
+        """Return the job as it is now."""
+        return self.store.get(job.id)
+
+    def files(self, job: Job) -> JobFolder:
+        """Return the job's files."""
+        return self.store.files(job.id)
+
+    def process(self, job: Job) -> psutil.Process | None:
+        """Return the process that works on a job; None if none does."""
+        with suppress(FileNotFoundError, psutil.Error, json.JSONDecodeError, KeyError):
+            pid = json.loads((self.files(job).path / "lock").read_bytes())["pid"]
+            process = psutil.Process(pid)
+            return process if process.status() != psutil.STATUS_ZOMBIE and self.files(job).holder() == pid else None
+        return None
+
+    def has_rows(self, job: Job, count: int) -> bool:
+        """Tell whether a job has so many rows by now."""
+        return len(self.files(job).rows(limit=count)) >= count
+
+    def finished(self) -> bool:
+        """Tell whether every job has ended."""
+        counts = self.store.counts()
+        return all(state in FINAL for state, count in counts.items() if count)
+
+    def close(self) -> None:
+        """Stop everything."""
+        for worker in self.workers:
+            if worker.poll() is None:
+                worker.send_signal(signal.SIGCONT)
+                worker.kill()
+            worker.wait()
+            if worker.stderr is not None:
+                worker.stderr.close()
+        self.store.close()
+
+
+def begun(files: JobFolder) -> int:
+    """Return how many processes began to work on a job."""
+    return files.log.read_text().count(" begins\n") if files.log.exists() else 0
+
+
+def ended(files: JobFolder) -> int:
+    """Return how many times a job's test came to its end."""
+    return sum(" done: " in line or " failed: " in line for line in files.log.read_text().splitlines())
+
+
+def postgres_programs() -> Path | None:
+    """Return the folder of PostgreSQL's programs, as Debian installs them; None without."""
+    found = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
+    return found[-1].parent if found else None
+
+
+@contextmanager
+def postgres() -> Iterator[str]:
+    """Start a PostgreSQL server on a free port and lend the URL of its database."""
+    programs = postgres_programs()
+    if programs is None:
+        raise FileNotFoundError("PostgreSQL is not installed")
+    # It refuses to run as root.
+    user = "postgres" if os.geteuid() == 0 else pwd.getpwuid(os.geteuid()).pw_name
+    folder = Path(tempfile.mkdtemp(prefix="knitlab-postgres-"))
+    shutil.chown(folder, user)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    identity = {"user": user, "group": pwd.getpwnam(user).pw_gid, "extra_groups": []} if os.geteuid() == 0 else {}
+    quiet = {"cwd": folder, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **identity}
+    data = folder / "data"
+    subprocess.run([programs / "initdb", "-D", data, "-U", "lab", "-A", "trust", "-N"], check=True, **quiet)
+    server = subprocess.Popen(
+        [programs / "postgres", "-D", data, "-k", folder, "-p", str(port), "-c", "listen_addresses=127.0.0.1"]
+        + ["-c", "max_connections=200"],
+        **quiet,
+    )
+    try:
+        ready = [programs / "pg_isready", "-h", "127.0.0.1", "-p", str(port), "-q"]
+        until(lambda: subprocess.run(ready, check=False, **quiet).returncode == 0, 60.0, 0.1)
+        yield f"postgresql://lab@127.0.0.1:{port}/postgres"
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait()
+        shutil.rmtree(folder, ignore_errors=True)
