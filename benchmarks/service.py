@@ -61,11 +61,14 @@ def idle(lab: Lab, name: str) -> None:
     share = sum(b.user + b.system - a.user - a.system for a, b in zip(before, spent, strict=True)) / IDLE
     memory = "; ".join(f"{one.memory_info().rss / 1e6:.0f} MB" for one in family)
     print(f"{name}: idle worker {share:.1%} of a processor; {memory} (server, then its helpers)", flush=True)
-    waits = []
-    for _ in range(10):
-        job = lab.store.submit(TINY)
-        waits.append(until(lambda job=job: lab.job(job).started is not None, every=0.005))
+    waits = [wait(lab) for _ in range(10)]
     print(f"{name}: from submitted to running, median {statistics.median(waits):.2f} s", flush=True)
+
+
+def wait(lab: Lab) -> float:
+    """Return how long a job waits until it runs [s]."""
+    job = lab.store.submit(TINY)
+    return until(lambda: lab.job(job).started is not None, every=0.005)
 
 
 def main() -> None:

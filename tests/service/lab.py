@@ -123,7 +123,7 @@ class Lab:
 def gone(process: psutil.Process) -> bool:
     """Tell whether a process has ended."""
     try:
-        return process.status() == psutil.STATUS_ZOMBIE
+        return bool(process.status() == psutil.STATUS_ZOMBIE)
     except psutil.NoSuchProcess:
         return True
 

@@ -158,3 +158,13 @@ def test_the_fork_server_has_one_thread(lab: Lab) -> None:
     children = psutil.Process(lab.workers[0].pid).children()
     servers = [child for child in children if any("forkserver" in word for word in child.cmdline())]
     assert [server.num_threads() for server in servers] == [1]
+
+
+@pytest.mark.parametrize("module", ["app.service.child", "app.cli"])
+def test_what_every_process_imports_is_light(module: str) -> None:
+    """The child's target and the entry point are imported anew in every process."""
+    heavy = {"numba", "h5py", "dbos", "pydantic", "sqlalchemy", "matplotlib", "fastapi"}
+    code = f"import sys, {module}; print(*{heavy} & sys.modules.keys())"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)  # noqa: S603 (our own)
+    assert done.stdout.split() == []
