@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import pwd
-import shutil
 import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import time
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -24,7 +20,7 @@ from app.service.store import Store
 from app.service.warm import PROTOCOL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from app.service.folder import JobFolder
     from app.service.jobs import Job
@@ -74,12 +70,11 @@ class Lab:
 
     def start(self, slots: int = 2, lease: float = 3.0, root: Path = ROOT) -> subprocess.Popen[str]:
         """Start a worker from the sources in a folder."""
-        worker = subprocess.Popen(
-            [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(self.folder)]
-            + ["--slots", str(slots), "--lease", str(lease)],
+        command = [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(self.folder)]
+        worker = subprocess.Popen(  # noqa: S603 (our own)
+            [*command, "--slots", str(slots), "--lease", str(lease)],
             cwd=root,
             env={**self.environment, "PYTHONPATH": str(root)},
-            stderr=subprocess.PIPE if root == ROOT else None,
             text=True,
         )
         self.workers.append(worker)
@@ -103,7 +98,7 @@ class Lab:
         with suppress(FileNotFoundError, psutil.Error, json.JSONDecodeError, KeyError):
             pid = json.loads((self.files(job).path / "lock").read_bytes())["pid"]
             process = psutil.Process(pid)
-            return process if process.status() != psutil.STATUS_ZOMBIE and self.files(job).holder() == pid else None
+            return process if not gone(process) and self.files(job).holder() == pid else None
         return None
 
     def has_rows(self, job: Job, count: int) -> bool:
@@ -122,9 +117,15 @@ class Lab:
                 worker.send_signal(signal.SIGCONT)
                 worker.kill()
             worker.wait()
-            if worker.stderr is not None:
-                worker.stderr.close()
         self.store.close()
+
+
+def gone(process: psutil.Process) -> bool:
+    """Tell whether a process has ended."""
+    try:
+        return bool(process.status() == psutil.STATUS_ZOMBIE)
+    except psutil.NoSuchProcess:
+        return True
 
 
 def begun(files: JobFolder) -> int:
@@ -135,40 +136,3 @@ def begun(files: JobFolder) -> int:
 def ended(files: JobFolder) -> int:
     """Return how many times a job's test came to its end."""
     return sum(" done: " in line or " failed: " in line for line in files.log.read_text().splitlines())
-
-
-def postgres_programs() -> Path | None:
-    """Return the folder of PostgreSQL's programs, as Debian installs them; None without."""
-    found = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
-    return found[-1].parent if found else None
-
-
-@contextmanager
-def postgres() -> Iterator[str]:
-    """Start a PostgreSQL server on a free port and lend the URL of its database."""
-    programs = postgres_programs()
-    if programs is None:
-        raise FileNotFoundError("PostgreSQL is not installed")
-    # It refuses to run as root.
-    user = "postgres" if os.geteuid() == 0 else pwd.getpwuid(os.geteuid()).pw_name
-    folder = Path(tempfile.mkdtemp(prefix="knitlab-postgres-"))
-    shutil.chown(folder, user)
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    identity = {"user": user, "group": pwd.getpwnam(user).pw_gid, "extra_groups": []} if os.geteuid() == 0 else {}
-    quiet = {"cwd": folder, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **identity}
-    data = folder / "data"
-    subprocess.run([programs / "initdb", "-D", data, "-U", "lab", "-A", "trust", "-N"], check=True, **quiet)
-    server = subprocess.Popen(
-        [programs / "postgres", "-D", data, "-k", folder, "-p", str(port), "-c", "listen_addresses=127.0.0.1"]
-        + ["-c", "max_connections=200"],
-        **quiet,
-    )
-    try:
-        ready = [programs / "pg_isready", "-h", "127.0.0.1", "-p", str(port), "-q"]
-        until(lambda: subprocess.run(ready, check=False, **quiet).returncode == 0, 60.0, 0.1)
-        yield f"postgresql://lab@127.0.0.1:{port}/postgres"
-    finally:
-        server.send_signal(signal.SIGINT)
-        server.wait()
-        shutil.rmtree(folder, ignore_errors=True)

@@ -84,7 +84,8 @@ def endure(lab: Lab, storm: Storm, slots: int = 2) -> Tally:
     for number, blow in enumerate(blows):
         # Spread over the storm: a blow falls when its share of the jobs is done.
         due = storm.jobs * number // (len(blows) + 1)
-        until(lambda due=due: _ended(lab) > due or lab.finished())
+        while _ended(lab) <= due and not lab.finished():
+            time.sleep(0.05)
         _strike(lab, blow, jobs, hit, chance, slots)
     until(lab.finished, patience=1800.0, every=0.2)
     return _count(lab, jobs, time.monotonic() - began)

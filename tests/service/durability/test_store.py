@@ -161,10 +161,12 @@ store.submit_all([JobSpec(name="a", protocol="p")] * 4000)
 """
 
 
-@pytest.mark.parametrize("after", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize(
+    "after", [0.1, *(pytest.param(after, marks=pytest.mark.slow) for after in (0.02, 0.2, 0.4, 0.8))]
+)
 def test_a_sweep_cut_short_is_there_whole_or_not_at_all(tmp_path: Path, after: float) -> None:
     command = [sys.executable, "-c", SUBMIT, str(tmp_path)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as submitting:
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as submitting:  # noqa: S603 (our own)
         assert submitting.stdout is not None
         submitting.stdout.readline()
         time.sleep(after)
