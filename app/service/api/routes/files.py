@@ -9,13 +9,14 @@ from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 
-from app.export import LOGS, export_log
+from app.export import export_log
 from app.run_reader import RunReader
 from app.service.api.context import Here
 from app.service.api.models import FileList, FileView, JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.transfer import transfer
 from knitlab_core.errors import FormatError, SpecificationError
+from rigs.logs.catalogue import LOGS, defaults
 
 router = APIRouter(prefix="/v1/jobs/{job}", tags=["files"])
 
@@ -92,6 +93,7 @@ def log(
     here: Here,
     request: Request,
     dialect: Annotated[str | None, Query(max_length=64, description="Nothing is the machine's own.")] = None,
+    locale: Annotated[Literal["en", "de", "fr"], Query(description="Marks of numbers and dates.")] = "en",
 ) -> Response:
     """Return the log in the dialect of an instrument, made anew from the record."""
     if dialect is not None and dialect not in LOGS:
@@ -102,13 +104,13 @@ def log(
     except (FileNotFoundError, FormatError) as error:
         raise ProblemError("not-ready", "log: found no record yet, allowed when the test has been run") from error
     with TemporaryDirectory(prefix="knitlab-log-") as folder:
-        path = _exported(run, Path(folder), dialect)
+        path = _exported(run, Path(folder), dialect, locale)
         media = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
         # The open file outlives its folder, and goes with the answer.
         return transfer(request, path.open("rb"), path.name, media)
 
 
-def _exported(run: RunReader, folder: Path, dialect: str | None) -> Path:
+def _exported(run: RunReader, folder: Path, dialect: str | None, locale: str) -> Path:
     """Write the log of a run.
 
     Raises
@@ -116,10 +118,10 @@ def _exported(run: RunReader, folder: Path, dialect: str | None) -> Path:
     ProblemError
         If it was not sampled yet, or not by this dialect's machine.
     """
-    name = dialect or next((name for name, log in LOGS.items() if log.machine in run.samples), next(iter(LOGS)))
-    sample = str(run.provenance.get("name", "test"))
+    name = dialect or next(iter([*defaults(run.samples), *LOGS]))
     try:
-        return export_log(run, folder / Path(LOGS[name].place.format(sample=sample)).name, name)
+        return export_log(run, folder, name, locale=locale)
     except SpecificationError as error:
-        detail = f"log: found samples of {', '.join(run.samples) or 'nothing'}, allowed those of {LOGS[name].machine}"
+        wanted = " and ".join(LOGS[name].machines)
+        detail = f"log: found samples of {', '.join(run.samples) or 'nothing'}, allowed those of {wanted}"
         raise ProblemError("not-ready", detail) from error

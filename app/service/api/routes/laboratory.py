@@ -10,7 +10,6 @@ from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
 from app.check import build_specimen, describe, dry_run
-from app.export import LOGS
 from app.pictures import specimen_picture
 from app.rig_data import read_machine
 from app.schemas.material_files import known_materials
@@ -22,6 +21,7 @@ from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView
 from app.service.api.problems import ProblemError
 from app.tables import materials_data, plan_data, specimen_data
 from rigs.catalogue import CATALOGUE, MachineName
+from rigs.logs.catalogue import LOGS
 
 router = APIRouter(tags=["laboratory"])
 
@@ -55,7 +55,7 @@ def rigs() -> RigList:
                 "mounts_one": rig.mounts_one,
                 "others": rig.sides,
                 "machines": machines,
-                "dialects": [dialect for dialect, log in LOGS.items() if log.machine in machines],
+                "dialects": [dialect for dialect, log in LOGS.items() if set(log.machines) <= set(machines)],
             }
         )
     numbers = [
