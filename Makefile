@@ -5,10 +5,10 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check readers validate bench format clean
+.PHONY: help demo test check readers validate bench format console-parts clean
 
 help:  ## Show what can be made.
-	@sed -n 's/^\([a-z]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
+	@sed -n 's/^\([a-z-]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
 
 demo: .venv/installed  ## Run the main job: a 6x6 knit, two biaxial cycles to 40 %.
 	$(BIN)/knitlab run examples/biaxial_cycle.yaml
@@ -34,6 +34,9 @@ bench: .venv/installed-dev  ## Time the main job.
 format: .venv/installed-dev  ## Format the code and apply safe fixes.
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+console-parts:  ## Bundle the console's parts anew from npm's packages (needs Node).
+	cd app/service/console/vendor && npm install --silent --no-package-lock && npm run --silent build && rm -rf node_modules
 
 clean:  ## Remove what was installed, built and cached here.
 	rm -rf .venv .venv-readers build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -10,7 +10,6 @@ References
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import h5py
@@ -164,18 +163,27 @@ def _place(group: h5py.Group, name: str, step: int) -> object:
     return 0
 
 
+def count_frames(file: h5py.File) -> int:
+    """Return the number of whole steps."""
+    group = file[GROUP]
+    whole = (len(dataset) // int(dataset.attrs["rows"]) for dataset in growing(group).values())
+    return min(int(group["Steps"].attrs["NSteps"]), *whole)
+
+
 def read_frames(file: h5py.File, tags: Sequence[str]) -> tuple[Frame, ...]:
     """Return the shapes of a run in the order of time."""
-    group = file[GROUP]
-    columns = growing(group)
-    whole = (len(dataset) // int(dataset.attrs["rows"]) for dataset in columns.values())
-    count = min(int(group["Steps"].attrs["NSteps"]), *whole)
+    return tuple(read_frame(file, step, tags) for step in range(count_frames(file)))
 
-    def part(step: int, name: str) -> FloatArray:
+
+def read_frame(file: h5py.File, step: int, tags: Sequence[str]) -> Frame:
+    """Return the shape at one step; `tags` are the names of ``/tags``."""
+    columns = growing(file[GROUP])
+
+    def part(name: str) -> FloatArray:
         rows = int(columns[name].attrs["rows"])
         return np.asarray(columns[name][step * rows : (step + 1) * rows], dtype=np.float64)
 
-    return tuple(_frame(partial(part, step), set(columns), tags) for step in range(count))
+    return _frame(part, set(columns), tags)
 
 
 def _frame(part: Callable[[str], FloatArray], names: set[str], tags: Sequence[str]) -> Frame:

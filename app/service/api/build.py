@@ -14,7 +14,7 @@ from app.service.api.guard import admit
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.problems import add_problem_handlers
-from app.service.api.routes import events, files, health, jobs, laboratory, sweeps
+from app.service.api.routes import events, files, frames, health, jobs, laboratory, sweeps
 from app.version import version_of
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def create_app(context: Context) -> FastAPI:
     app.add_middleware(CountRequests, metrics=app.state.metrics)
     add_problem_handlers(app)
     app.include_router(health.router)
-    for part in (laboratory, jobs, sweeps, events, files):
+    for part in (laboratory, jobs, sweeps, events, files, frames):
         app.include_router(part.router, dependencies=[Depends(admit)])
     app.openapi = lambda: _openapi(app)  # type: ignore[method-assign]  # FastAPI's own way to extend it
     if CONSOLE.is_dir():
