@@ -57,6 +57,7 @@ def worker(
     with own(where), Store(where) as store:
         crew = Worker(store, slots or os.cpu_count() or 1, lease)
         crew.start()
-        told.wait()
+        while not told.wait(0.5):  # a wait without an end may sleep through a signal
+            pass
         sys.stderr.write("leaving: running jobs stop at a checkpoint and are queued again\n")
         crew.drain()

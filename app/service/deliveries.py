@@ -124,7 +124,8 @@ def listen(work: Callable[[str], None], engine: sa.Engine, url: str, worker: str
         "executor_id": worker,
         "run_migrations": False,
         "use_listen_notify": False,
-        "notification_listener_polling_interval_sec": 30.0,
+        # Nobody listens; but leaving waits for this thread.
+        "notification_listener_polling_interval_sec": 0.5,
         "scheduler_polling_interval_sec": 3600.0,
         "log_level": "ERROR",
     }

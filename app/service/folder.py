@@ -69,7 +69,7 @@ class JobFolder:
         """Write down what was asked."""
         self.path.mkdir(parents=True, exist_ok=True)
         write_whole(self.path / "protocol.yaml", [spec.protocol.encode()])
-        write_whole(self.path / "spec.json", [json.dumps(asdict(spec)).encode()])
+        write_whole(self.path / "spec.json", [spec.text().encode()])
 
     def read_spec(self) -> JobSpec:
         """Return what was asked."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, Protocol, get_args
 
@@ -60,6 +61,10 @@ class JobSpec:
     timeout: float | None = None
     memory: int | None = 8 * GIBIBYTE
     pictures: bool = True
+
+    def text(self) -> str:
+        """Return what is asked for as JSON."""
+        return json.dumps({name: getattr(self, name) for name in sorted(self.__slots__)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

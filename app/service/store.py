@@ -7,7 +7,6 @@ import json
 import logging
 import time
 import uuid
-from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, Self
 
@@ -53,7 +52,7 @@ class Store:
         return self._accept(specs, key, sweep=uuid.uuid4().hex[:12]) if specs else []
 
     def _accept(self, specs: Sequence[JobSpec], key: str | None, sweep: str | None) -> list[Job]:
-        texts = [json.dumps(asdict(spec), sort_keys=True) for spec in specs]
+        texts = [spec.text() for spec in specs]
         digest = hashlib.sha256("\n".join([str(sweep is None), *texts]).encode()).hexdigest()
         now = time.time()
         rows = [
