@@ -54,7 +54,7 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("seed", protocol.log.seed),
             ("zero_strain", spec.rest_shape),
             ("version.python", platform.python_version()),
-            *((f"version.{package}", _version(package)) for package in PACKAGES),
+            *((f"version.{package}", version_of(package)) for package in PACKAGES),
             ("material", material.name),
             *_facts("material", material),
             *_sourced("friction", friction),
@@ -86,7 +86,7 @@ def _options(spec: SpecimenSpec) -> Iterator[Fact]:
         yield from _sourced("rupture.strain", limit)
 
 
-def _version(package: str) -> str:
+def version_of(package: str) -> str:
     """Return the version of an installed package."""
     try:
         return version(package)

@@ -1,0 +1,12 @@
+"""Answer HTTP: the REST table, its errors and its bounds.
+
+build       the app, put together
+context     what every route needs: the store, the token, the bounds
+guard       who is let in
+bodies, bounds  read protocols, and refuse what is too large before it is
+problems    errors as RFC 9457 has them
+models, documents  what the OpenAPI document says
+routes      one module a part of the table
+rows, streams  what a running test has found so far, and its stream to a client
+metrics     figures for Prometheus
+"""

@@ -1,0 +1,196 @@
+"""Read the bodies of requests: a protocol as YAML or JSON, alone or with what belongs to it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, NoReturn
+
+from app.schemas import loads
+from app.schemas.document import MAX_DEPTH
+from app.service.api.problems import ProblemError, beyond, refused
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from fastapi import Request
+
+    from app.schemas import Loaded
+
+PATIENCE: Final = 30.0
+"""Time a body may take to arrive [s]."""
+
+_KINDS: Final[dict[str, Literal["json", "yaml"]]] = {
+    "application/json": "json",
+    "application/yaml": "yaml",
+    "application/x-yaml": "yaml",
+    "text/yaml": "yaml",
+}
+_ENVELOPE: Final = {"protocol", "name", "materials"}
+
+
+class Raw(NamedTuple):
+    """Hold a body as it came: its text, and in which of the two languages it is."""
+
+    text: str
+    kind: Literal["json", "yaml"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Submission:
+    """Hold a protocol as it was sent.
+
+    Attributes
+    ----------
+    text : str
+        The protocol's YAML; JSON is YAML too.
+    name : str
+        Name of a protocol that gives itself none.
+    materials : str
+        The YAML of the file that it names under `materials`; empty for none.
+    lined : bool
+        Whether lines and columns of the text are the user's own.
+    """
+
+    text: str
+    name: str = "test"
+    materials: str = ""
+    lined: bool = True
+
+    def load(self) -> Loaded:
+        """Return the protocol.
+
+        Raises
+        ------
+        ProblemError
+            For whatever is wrong with it.
+        """
+        try:
+            return loads(self.text, "protocol", name=self.name, materials=self.materials)
+        except SpecificationError as error:
+            raise refused(error, lined=self.lined) from error
+
+
+async def read_raw(request: Request, bound: int) -> Raw:
+    """Return the body of a request, read no further than its bound [bytes].
+
+    Raises
+    ------
+    ProblemError
+        If it is too large, too slow, not text, or neither JSON nor YAML.
+    """
+    said = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if said not in _KINDS:
+        allowed = ", ".join(_KINDS)
+        raise ProblemError("media-type", f"content-type: found {said or 'nothing'}, allowed {allowed}")
+    length = request.headers.get("content-length", "")
+    if length.isascii() and length.isdigit() and int(length[:20]) > bound:
+        raise beyond("bytes", length[:20], bound, kind="too-large")
+    content = bytearray()
+    try:
+        async with asyncio.timeout(PATIENCE):
+            async for chunk in request.stream():
+                if len(content) + len(chunk) > bound:
+                    raise beyond("bytes", "more", bound, kind="too-large")
+                content += chunk
+    except TimeoutError as error:
+        raise ProblemError("too-slow", f"allowed {PATIENCE:g} s for the whole body") from error
+    try:
+        return Raw(content.decode("utf-8-sig"), _KINDS[said])
+    except UnicodeDecodeError as error:
+        raise ProblemError("malformed", f"found byte 0x{content[error.start]:02x}, allowed text in UTF-8") from error
+
+
+def parse_json(text: str) -> Any:  # noqa: ANN401 (whatever JSON holds)
+    """Return the data of a JSON text: each key once, finite numbers, whole characters, bounded depth.
+
+    Raises
+    ------
+    ProblemError
+        For anything else.
+    """
+    try:
+        data = json.loads(text, object_pairs_hook=_each_once, parse_constant=_no_constant)
+        _check_depth(data, 0)
+        json.dumps(data, ensure_ascii=False, allow_nan=False).encode()
+    except RecursionError as error:
+        raise _too_deep() from error
+    except UnicodeEncodeError as error:
+        raise ProblemError("malformed", "found half a character, allowed whole ones") from error
+    except ValueError as error:
+        raise ProblemError("malformed", f"found text that is not JSON ({error}), allowed JSON") from error
+    return data
+
+
+def submission(raw: Raw, name: str) -> Submission:
+    """Return the protocol in a body.
+
+    JSON holds the protocol itself, or `{protocol, name, materials}` with the protocol and its materials file as
+    texts, or the protocol as an object.
+
+    Raises
+    ------
+    ProblemError
+        If it is not JSON, or neither of both forms.
+    """
+    if raw.kind == "yaml":
+        return Submission(text=raw.text, name=name)
+    return submitted(parse_json(raw.text), name)
+
+
+def submitted(data: Any, name: str) -> Submission:  # noqa: ANN401 (whatever JSON holds)
+    """Return the protocol that JSON data holds, alone or in an envelope."""
+    if not (isinstance(data, dict) and "protocol" in data):
+        return Submission(text=written(data), name=name, lined=False)
+    for key, value in data.items():
+        if key not in _ENVELOPE:
+            raise _wrong(key, "an unknown field", ", ".join(sorted(_ENVELOPE)))
+        if not isinstance(value, str) and not (key == "protocol" and isinstance(value, dict)):
+            raise _wrong(key, "a value of another kind", "a text")
+    protocol = data["protocol"]
+    lined = isinstance(protocol, str)
+    return Submission(
+        text=protocol if lined else written(protocol),
+        name=data.get("name", name),
+        materials=data.get("materials", ""),
+        lined=lined,
+    )
+
+
+def written(data: object) -> str:
+    """Return data as text that both JSON and YAML read the same way."""
+    return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+
+
+def _wrong(key: str, found: str, allowed: str) -> ProblemError:
+    """Return the refusal of one field of an envelope."""
+    detail = f"{key}: found {found}, allowed {allowed}"
+    pointer = "/" + key.replace("~", "~0").replace("/", "~1")
+    return ProblemError("invalid-request", detail, errors=[{"detail": detail, "pointer": pointer}])
+
+
+def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return the mapping of some pairs."""
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        raise ValueError("the same key twice")
+    return data
+
+
+def _no_constant(name: str) -> NoReturn:
+    """Refuse what JSON itself does not know."""
+    raise ValueError(name)
+
+
+def _check_depth(data: object, depth: int) -> None:
+    """Refuse data that lies too deep."""
+    if depth > MAX_DEPTH:
+        raise _too_deep()
+    if isinstance(data, dict | list):
+        for inner in data.values() if isinstance(data, dict) else data:
+            _check_depth(inner, depth + 1)
+
+
+def _too_deep() -> ProblemError:
+    """Return the refusal of data that lies too deep."""
+    return beyond("levels of nesting", "more", MAX_DEPTH)

@@ -1,0 +1,78 @@
+"""Bound what one request may ask for, checked before any memory is taken for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from app.service.api.problems import beyond
+from rigs.protocol import stroke_count
+
+if TYPE_CHECKING:
+    from app.check import Plan
+    from rigs.protocol import Protocol
+    from rigs.specimen import SpecimenSpec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bounds:
+    """Hold the bounds of a service.
+
+    Attributes
+    ----------
+    body, sweep_body : int
+        Bytes of a request's body: of a protocol, of a sweep.
+    nodes : int
+        Nodes of a specimen.
+    strokes : int
+        Moves of the axes in a protocol, repeats counted out.
+    rows : int
+        Rows of a log.
+    sweep : int
+        Jobs of a sweep.
+    streams : int
+        Event streams open at a time.
+    """
+
+    body: int = 1_000_000
+    sweep_body: int = 8_000_000
+    nodes: int = 200_000
+    strokes: int = 10_000
+    rows: int = 2_000_000
+    sweep: int = 10_000
+    streams: int = 64
+
+
+def node_count(spec: SpecimenSpec) -> int:
+    """Return about how many nodes a specimen has, from its numbers alone."""
+    strands = spec.yarn.fibres if spec.yarn is not None and spec.yarn.model == "bundle" else 1
+    # A stitch of a volumetric knit is two loops.
+    loops = spec.rows * spec.loops * spec.layers * (2 if "P" in spec.axes else 1)
+    return loops * spec.nodes_per_loop * strands
+
+
+def check_protocol(protocol: Protocol, bounds: Bounds) -> None:
+    """Refuse a protocol that is too large to be looked at.
+
+    Raises
+    ------
+    ProblemError
+        With the bound.
+    """
+    nodes, strokes = node_count(protocol.specimen), stroke_count(protocol.steps)
+    if nodes > bounds.nodes:
+        raise beyond("nodes", nodes, bounds.nodes, pointer="/specimen/loops")
+    if strokes > bounds.strokes:
+        raise beyond("strokes", strokes, bounds.strokes, pointer="/steps")
+
+
+def check_plan(plan: Plan, bounds: Bounds) -> None:
+    """Refuse a protocol whose log would be too long.
+
+    Raises
+    ------
+    ProblemError
+        With the bound.
+    """
+    if plan.rows > bounds.rows:
+        raise beyond("rows", plan.rows, bounds.rows, pointer="/log/rate")

@@ -1,0 +1,97 @@
+"""Let in whom the service is for: this machine alone, or whoever has the token."""
+
+import hashlib
+import hmac
+import ipaddress
+from typing import Annotated
+from urllib.parse import urlsplit
+
+from fastapi import Depends, Request
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+
+from app.service.api.problems import ProblemError
+from app.service.api.context import context_of
+from knitlab_core.errors import SpecificationError
+
+_BEARER = HTTPBearer(auto_error=False, description="the token that the service was started with")
+_LOCAL_NAMES = frozenset({"localhost", "testserver"})
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether a name or an address is this machine's own.
+
+    Examples
+    --------
+    >>> is_loopback("127.0.0.1"), is_loopback("::1"), is_loopback("localhost"), is_loopback("0.0.0.0")
+    (True, True, True, False)
+    """
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host in _LOCAL_NAMES
+
+
+def same_token(given: str, wanted: str) -> bool:
+    """Tell whether two tokens are the same, in a time that says nothing of where they differ, nor of their lengths."""
+    return hmac.compare_digest(*(hashlib.sha256(one.encode(errors="replace")).digest() for one in (given, wanted)))
+
+
+def require_token_for(host: str, token: str | None) -> None:
+    """Refuse to listen to other machines without a token.
+
+    Raises
+    ------
+    SpecificationError
+        If the address is not this machine's own and there is no token.
+    """
+    if token is not None and not token.strip():
+        raise SpecificationError("token", token, "a text that is not empty")
+    if token is None and not is_loopback(host):
+        raise SpecificationError("host", host, "a loopback address, or also --token (or KNITLAB_TOKEN)")
+
+
+async def admit(
+    request: Request, credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(_BEARER)]
+) -> None:
+    """Let a request in, or refuse it.
+
+    Without a token the service is for this machine alone: a page of another site must reach it neither under a name
+    of its own that points here (`Host`) nor by a form or a script (`Origin`).
+
+    Raises
+    ------
+    ProblemError
+        For a wrong token, a foreign host or a foreign page.
+    """
+    token = context_of(request).token
+    if token is not None:
+        if credentials is None or not same_token(credentials.credentials, token):
+            raise ProblemError(
+                "unauthorised", "found no valid token, allowed: Authorization: Bearer TOKEN", headers=_CHALLENGE
+            )
+        return
+    host = request.headers.get("host", "")
+    if not is_loopback(_name_of(host)):
+        raise ProblemError("forbidden", "host: found another name, allowed localhost, or a service with a token")
+    origin = request.headers.get("origin")
+    if origin is not None and urlsplit_or_none(origin) != host:
+        raise ProblemError("forbidden", "origin: found a page of another site, allowed pages of this service")
+
+
+_CHALLENGE = {"WWW-Authenticate": "Bearer"}
+
+
+def _name_of(host: str) -> str:
+    """Return the name or address in a Host header, without port and brackets."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def urlsplit_or_none(origin: str) -> str | None:
+    """Return the host and port of an origin; None if it is none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return None

@@ -1,0 +1,271 @@
+"""Describe what the service answers; the OpenAPI document is made from it."""
+
+from datetime import datetime
+from typing import Annotated, Any, Literal
+
+from fastapi import Path
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.service.jobs import State
+
+
+class Answer(BaseModel):
+    """Be the ground of all answers."""
+
+    model_config = ConfigDict(frozen=True)
+
+
+class Place(Answer):
+    """Say what is wrong, and where in what was sent."""
+
+    model_config = ConfigDict(extra="allow")
+    detail: str
+    pointer: str | None = Field(default=None, description="JSON pointer (RFC 6901) into the protocol")
+    line: int | None = Field(default=None, description="line of the YAML text, from 1")
+    column: int | None = Field(default=None, description="column of the YAML text, from 1")
+    parameter: str | None = Field(default=None, description="name of the parameter of the request")
+    bound: int | None = Field(default=None, description="the bound that was passed")
+
+
+class Problem(Answer):
+    """Hold an error as RFC 9457 has it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "type": "urn:knitlab:problem:invalid-protocol",
+                "title": "The protocol is not valid",
+                "status": 422,
+                "detail": "line 3, column 6: rig: found 'biaxial', allowed biaxial-hook or uniaxial-frame",
+                "instance": "/v1/jobs",
+                "errors": [
+                    {
+                        "detail": "rig: found 'biaxial', allowed biaxial-hook or uniaxial-frame",
+                        "pointer": "/rig",
+                        "line": 3,
+                        "column": 6,
+                    }
+                ],
+            }
+        }
+    )
+    type: str = Field(description="urn:knitlab:problem:..., or about:blank where the status says all")
+    title: str
+    status: int
+    detail: str
+    instance: str
+    errors: list[Place] = []
+
+
+class Number(Answer):
+    """Hold a number of the real world, and say where it comes from."""
+
+    value: float
+    unit: str
+    source: str
+    assumed: bool = Field(description="whether it is a choice rather than a figure of its source")
+
+
+class RelaxationView(Answer):
+    """Hold one term of a Prony series."""
+
+    share: Number
+    time: Number
+
+
+class MaterialView(Answer):
+    """Describe a material."""
+
+    name: str
+    young_modulus: Number
+    poisson_ratio: Number
+    strength: Number | None
+    elongation_at_break: Number | None
+    density: Number | None
+    relaxation: list[RelaxationView]
+    note: str
+
+
+class MaterialList(Answer):
+    """Hold the catalogue of materials."""
+
+    materials: list[MaterialView]
+
+
+class MachineView(Answer):
+    """Describe a machine by its numbers, each with its source."""
+
+    name: str
+    numbers: dict[str, Any] = Field(description="by part and name: value, unit, source, assumed")
+
+
+class RigView(Answer):
+    """Describe a rig: the axes that it drives, and the machines that do."""
+
+    name: str
+    axes: list[str]
+    mounts_one: bool = Field(description="whether only the axis along the frame is driven")
+    others: str = Field(description="what becomes of an axis that a step does not drive")
+    machines: list[str]
+    dialects: list[str] = Field(description="dialects of the logs of its machines")
+
+
+class RigList(Answer):
+    """Hold the catalogue of rigs."""
+
+    rigs: list[RigView]
+    machines: list[MachineView]
+
+
+class SpecimenView(Answer):
+    """Say what is known of a specimen before any physics; lengths in metres."""
+
+    model_config = ConfigDict(extra="allow")
+    nodes: int
+    yarn_length_m: float
+    fibre_radius_m: float
+    clearance_m: float = Field(description="least distance between surfaces")
+    gauge_lengths_m: dict[str, float] = Field(description="hook to hook, along each axis")
+    locking_strain: float | None = Field(description="equibiaxial strain at which the yarn is used up (estimate)")
+
+
+class StrokeView(Answer):
+    """Describe one move of the axes."""
+
+    model_config = ConfigDict(extra="allow")
+    cycle: int
+    phase: str
+    tag: str | None
+    start_m: dict[str, float]
+    end_m: dict[str, float]
+    duration_s: float
+
+
+class PlanView(Answer):
+    """Say what a protocol would do, without physics."""
+
+    name: str
+    rig: str
+    specimen: SpecimenView
+    strokes: list[StrokeView]
+    duration_s: float
+    rows: int
+    largest_strain: float | None
+    warnings: list[str]
+
+
+class ProgressView(Answer):
+    """Say how far a job is."""
+
+    model_config = ConfigDict(frozen=True, from_attributes=True)
+    share: float = Field(description="share of the protocol that is done, 0 to 1")
+    text: str = Field(description="what is being done, for people")
+    strain: dict[str, float] = Field(description="strain of every driven axis")
+    force: dict[str, float] = Field(description="force of every driven axis [N]")
+    seconds_left: float | None = Field(description="estimate of the time to the end [s]")
+    rows: int = Field(description="equilibria so far")
+
+
+class JobView(Answer):
+    """Show a job as it is now."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        from_attributes=True,
+        json_schema_extra={
+            "example": {
+                "id": "3f2a9c0d41e65b78",
+                "name": "biaxial_small",
+                "state": "running",
+                "created": "2026-01-31T09:00:00Z",
+                "started": "2026-01-31T09:00:01Z",
+                "finished": None,
+                "attempts": 1,
+                "end": None,
+                "message": "",
+                "progress": {
+                    "share": 0.43,
+                    "text": "Stretch 1: C 17.2%, W 17.2%",
+                    "strain": {"C": 0.172, "W": 0.172},
+                    "force": {"C": 0.31, "W": 0.36},
+                    "seconds_left": 12.0,
+                    "rows": 14,
+                },
+                "sweep": None,
+                "wanted": None,
+            }
+        },
+    )
+    id: str
+    name: str
+    state: State = Field(description="a test that ruptured or overloaded has succeeded; `end` says how it ended")
+    created: datetime
+    started: datetime | None
+    finished: datetime | None
+    attempts: int = Field(description="how often its process was started")
+    end: str | None = Field(description="target, rupture, limit ...; of a failed job what stopped it")
+    message: str
+    progress: ProgressView
+    sweep: str | None
+    wanted: str | None = Field(description="`pause` while a running job has not stopped yet")
+
+
+class JobPage(Answer):
+    """Hold some jobs, newest first."""
+
+    jobs: list[JobView]
+    cursor: str | None = Field(description="what to ask for the next page with; nothing at the end")
+
+
+class SweepView(Answer):
+    """Hold the jobs of a sweep."""
+
+    sweep: str
+    count: int
+    jobs: list[JobView]
+
+
+class FileView(Answer):
+    """Describe a file of a job."""
+
+    name: str = Field(description="its path within the job", examples=["run/biaxial_small.csv"])
+    size: int = Field(description="bytes")
+    kind: Literal["record", "log", "picture", "text"]
+
+
+class FileList(Answer):
+    """Hold the files of a job."""
+
+    files: list[FileView]
+
+
+class Health(Answer):
+    """Say that the service answers."""
+
+    status: Literal["ok"] = "ok"
+    version: str
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Return how the OpenAPI document describes some errors of a route, and those that any route may have."""
+    what = {
+        400: "The body cannot be read",
+        401: "A token is needed",
+        403: "The request comes from another site",
+        404: "There is no such thing",
+        408: "The body took too long",
+        409: "Not there yet",
+        413: "The body is too large",
+        415: "The body is neither JSON nor YAML",
+        416: "The range is not in the file",
+        422: "What was asked for is not valid, or beyond a bound",
+        503: "Too many at once",
+    }
+    schema = {"schema": {"$ref": "#/components/schemas/Problem"}}
+    return {
+        status: {"description": what[status], "content": {"application/problem+json": schema}}
+        for status in sorted({401, 403, *statuses})
+    }
+
+
+JobId = Annotated[str, Path(alias="id", pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=["3f2a9c0d41e65b78"])]

@@ -1,0 +1,209 @@
+"""Say what is wrong with a request, as RFC 9457 has it: one form for every error, and never a stack trace.
+
+A module of our own: what libraries offer wraps pydantic's errors, while a protocol's have their pointer and line.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from http import HTTPStatus
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from starlette.exceptions import HTTPException
+
+from app.schemas import ProtocolError
+from app.service.jobs import KeyReusedError, UnknownJobError
+from knitlab_core.errors import KnitlabError, SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fastapi import FastAPI, Request
+
+MEDIA_TYPE: Final = "application/problem+json"
+_PART: Final = re.compile(r"[^.\[\]]+")
+
+
+class Kind(NamedTuple):
+    """Hold a kind of problem: its status and its title."""
+
+    status: int
+    title: str
+
+
+KINDS: Final[Mapping[str, Kind]] = MappingProxyType(
+    {
+        "malformed": Kind(400, "The body cannot be read"),
+        "unauthorised": Kind(401, "A token is needed"),
+        "forbidden": Kind(403, "Not from there"),
+        "unknown": Kind(404, "There is no such thing"),
+        "too-slow": Kind(408, "The body took too long"),
+        "not-ready": Kind(409, "Not there yet"),
+        "too-large": Kind(413, "The body is too large"),
+        "media-type": Kind(415, "The body is of another kind"),
+        "range": Kind(416, "The range is not in the file"),
+        "invalid-protocol": Kind(422, "The protocol is not valid"),
+        "invalid-request": Kind(422, "The request is not valid"),
+        "beyond-bound": Kind(422, "Beyond a bound of this service"),
+        "key-used": Kind(422, "The idempotency key stands for another body"),
+        "busy": Kind(503, "Too many at once"),
+    }
+)
+"""What can go wrong, by the last part of the problem's type, `urn:knitlab:problem:...`."""
+
+
+class ProblemError(Exception):
+    """Refuse a request.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    detail : str
+        One line for the user.
+    errors : sequence of mapping
+        What is wrong where: `detail`, and `pointer`, `line`, `column` or `parameter` where there is one.
+    headers : mapping
+        To go with the answer.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        detail: str,
+        *,
+        errors: Sequence[Mapping[str, object]] = (),
+        headers: Mapping[str, str] | None = None,
+    ) -> None:
+        super().__init__(kind, detail)
+        self.kind, self.detail, self.errors, self.headers = kind, detail, errors, headers
+
+
+def beyond(bound: str, found: object, allowed: int, *, pointer: str = "", kind: str = "beyond-bound") -> ProblemError:
+    """Return the refusal of what passes a bound of the service.
+
+    Examples
+    --------
+    >>> beyond("nodes", 3000000, 200000).detail
+    'nodes: found 3000000, allowed 200000 or fewer'
+    """
+    detail = f"{bound}: found {found}, allowed {allowed} or fewer"
+    return ProblemError(kind, detail, errors=[{"detail": detail, "pointer": pointer, "bound": allowed}])
+
+
+def pointer_of(field: str) -> str:
+    """Return the JSON pointer (RFC 6901) of a field as errors write it.
+
+    Examples
+    --------
+    >>> pointer_of("steps[3].ramp.rate"), pointer_of("protocol")
+    ('/steps/3/ramp/rate', '')
+    """
+    if field == "protocol":
+        return ""
+    parts = (part.replace("~", "~0").replace("/", "~1") for part in _PART.findall(field))
+    return "".join(f"/{part}" for part in parts)
+
+
+def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
+    """Return the problem of a protocol: pointer always, line and column where the user wrote the text (`lined`)."""
+    detail = _one_line(f"{error.field}: found {error.found}, allowed {error.expected}")
+    place: dict[str, object] = {"detail": detail, "pointer": pointer_of(error.field)}
+    if lined and isinstance(error, ProtocolError):
+        place |= {"line": error.spot.line, "column": error.spot.column}
+        detail = f"line {error.spot.line}, column {error.spot.column}: {detail}"
+    return ProblemError("invalid-protocol", detail, errors=[place])
+
+
+def problem_response(
+    status: int,
+    title: str,
+    detail: str,
+    path: str,
+    *,
+    kind: str | None = None,
+    errors: Sequence[Mapping[str, object]] = (),
+    headers: Mapping[str, str] | None = None,
+) -> Response:
+    """Return the answer that carries a problem; without a kind its status says all (`about:blank`)."""
+    body: dict[str, Any] = {
+        "type": "about:blank" if kind is None else f"urn:knitlab:problem:{kind}",
+        "title": title,
+        "status": status,
+        "detail": _one_line(detail),
+        "instance": path,
+    }
+    if errors:
+        body["errors"] = list(errors)
+    # ASCII alone: what a user sent may hold halves of characters that UTF-8 cannot write.
+    return Response(json.dumps(body), status_code=status, media_type=MEDIA_TYPE, headers=dict(headers or {}))
+
+
+def add_problem_handlers(app: FastAPI) -> None:
+    """Give every error of an app the form of a problem."""
+    app.add_exception_handler(ProblemError, _on_problem)
+    app.add_exception_handler(KnitlabError, _on_knitlab_error)
+    app.add_exception_handler(RequestValidationError, _on_invalid)
+    app.add_exception_handler(HTTPException, _on_http)
+    app.add_exception_handler(Exception, _on_anything)
+
+
+async def _on_problem(request: Request, error: Exception) -> Response:
+    """Answer a refusal."""
+    if not isinstance(error, ProblemError):
+        return await _on_anything(request, error)
+    kind = KINDS[error.kind]
+    return problem_response(
+        kind.status,
+        kind.title,
+        error.detail,
+        request.url.path,
+        kind=error.kind,
+        errors=error.errors,
+        headers=error.headers,
+    )
+
+
+async def _on_knitlab_error(request: Request, error: Exception) -> Response:
+    """Answer what the lab and the store refuse; any other of their errors is ours, not the user's."""
+    if isinstance(error, UnknownJobError):
+        return await _on_problem(request, ProblemError("unknown", str(error)))
+    if isinstance(error, KeyReusedError):
+        return await _on_problem(request, ProblemError("key-used", str(error)))
+    if isinstance(error, SpecificationError):
+        return await _on_problem(request, refused(error, lined=True))
+    return await _on_anything(request, error)
+
+
+async def _on_invalid(request: Request, error: Exception) -> Response:
+    """Answer parameters that are not what the route allows."""
+    if not isinstance(error, RequestValidationError):
+        return await _on_anything(request, error)
+    # What was found is left out: it may be anything, and the user has it.
+    places = [{"parameter": str(one["loc"][-1]), "detail": _one_line(str(one["msg"]))} for one in error.errors()]
+    detail = "; ".join(f"{place['parameter']}: {place['detail']}" for place in places)
+    return await _on_problem(request, ProblemError("invalid-request", detail, errors=places))
+
+
+async def _on_http(request: Request, error: Exception) -> Response:
+    """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
+    if not isinstance(error, HTTPException):
+        return await _on_anything(request, error)
+    title = HTTPStatus(error.status_code).phrase
+    return problem_response(error.status_code, title, str(error.detail), request.url.path, headers=error.headers)
+
+
+async def _on_anything(request: Request, error: Exception) -> Response:
+    """Answer a mistake of ours: the log has the trace, the client has one line."""
+    del error
+    return problem_response(500, "Internal error", "the service failed; its log says how", request.url.path)
+
+
+def _one_line(text: str) -> str:
+    """Return a text on one line, without control characters, of bounded length."""
+    plain = " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
+    return plain if len(plain) <= 1000 else f"{plain[:1000]}..."

@@ -1,0 +1,31 @@
+"""Answer those who watch over the service."""
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+
+from app.provenance import version_of
+from app.service.api.guard import admit
+from app.service.api.metrics import Metrics
+from app.service.api.models import Health, problems
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz", summary="Say that the service answers")
+def healthz() -> Health:
+    """Return the version; needs no token."""
+    return Health(version=version_of("knitlab"))
+
+
+@router.get(
+    "/metrics",
+    summary="Figures for Prometheus",
+    dependencies=[Depends(admit)],
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}, **problems()},
+)
+def metrics(request: Request) -> Response:
+    """Return counts of requests, of jobs by state and of open event streams."""
+    found: Metrics = request.app.state.metrics
+    return Response(generate_latest(found.registry), media_type=CONTENT_TYPE_LATEST)
