@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from app.rig_data import machines_of
@@ -10,7 +11,7 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.catalogue import CATALOGUE, arranged
 from rigs.motion import Stroke, planned_duration, planned_rows, planned_strokes
-from rigs.specimen import gauge_lengths, make_specimen
+from rigs.specimen import SpecimenSpec, gauge_lengths, make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,8 +19,11 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from rigs.machine import MachineData
     from rigs.protocol import Protocol
-    from rigs.specimen import SpecimenSpec
     from rigs.steps import Axis
+
+
+_ANY = "RGD8530-DM"
+"""A material, where none matters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +114,20 @@ def describe(specimen: Specimen) -> SpecimenFacts:
     )
 
 
+def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
+    """Return the specimen of the same shape that stands for all that differ only in what they are made of."""
+    plain = SpecimenSpec(
+        knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
+    )
+    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.yarn)
+
+
+@lru_cache(maxsize=256)
+def _facts(shape: SpecimenSpec) -> SpecimenFacts:
+    """Return what is known of a shape; built once, for a sweep asks for it a thousand times."""
+    return describe(make_specimen(shape))
+
+
 def dry_run(loaded: Loaded) -> Plan:
     """Go through a protocol without physics.
 
@@ -119,9 +137,9 @@ def dry_run(loaded: Loaded) -> Plan:
         If the specimen cannot exist or the log would be too long.
     """
     protocol = loaded.protocol
-    facts = describe(build_specimen(loaded))
-    lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
     try:
+        facts = _facts(shape_of(protocol.specimen))
+        lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
         planned = planned_strokes(protocol, lengths)
         rows = planned_rows(protocol, lengths)
     except SpecificationError as error:

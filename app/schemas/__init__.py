@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from app.schemas.convert import to_domain, to_yaml
-from app.schemas.document import parse_text, read_text
+from app.schemas.document import Document, parse_text, read_text
 from app.schemas.errors import ProtocolError
 from app.schemas.locate import at, first_error, locate
 from app.schemas.material_files import materials_file
@@ -30,11 +30,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.schemas.document import Document
     from knitlab_core.materials import Material
     from rigs.protocol import Protocol
 
-__all__ = ["Loaded", "ProtocolError", "from_yaml", "json_schema", "load", "loads", "to_yaml"]
+__all__ = ["Loaded", "ProtocolError", "from_yaml", "json_schema", "load", "loads", "loads_data", "to_yaml"]
 
 _UNNAMED = "test"
 
@@ -90,13 +89,37 @@ def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, material
     ProtocolError
         For whatever is wrong with it, in one line.
     """
+    return _loaded(parse_text(text, path), name, lambda file: _given(file, materials))
 
-    def given(file: str) -> Document:
-        if not materials:
-            raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
-        return parse_text(materials, file, "materials")
 
-    return _loaded(parse_text(text, path), name, given)
+def loads_data(data: dict[str, Any], text: str, *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+    """Read a protocol from plain data, as a sweep makes it; its errors name fields, no lines.
+
+    Parameters
+    ----------
+    data : dict
+        What a YAML parser finds in `text`.
+    text : str
+        The same, to be kept.
+    name : str
+        Name of a protocol that gives itself none.
+    materials : str
+        Text of the file that it names under `materials`.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line.
+    """
+    document = Document(path="<protocol>", text=text, data=data, keys={}, values={})
+    return _loaded(document, name, lambda file: _given(file, materials))
+
+
+def _given(file: str, materials: str) -> Document:
+    """Return the materials that came with a text."""
+    if not materials:
+        raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
+    return parse_text(materials, file, "materials")
 
 
 def _loaded(document: Document, name: str, find: Callable[[str], Document]) -> Loaded:

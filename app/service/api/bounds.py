@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from app.check import shape_of
 from app.service.api.problems import beyond
 from rigs.protocol import stroke_count
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from app.check import Plan
     from rigs.protocol import Protocol
     from rigs.specimen import SpecimenSpec
@@ -30,6 +33,8 @@ class Bounds:
         Rows of a log.
     sweep : int
         Jobs of a sweep.
+    sweep_nodes, sweep_strokes : int
+        Nodes of all its specimens that differ in shape, strokes of all its protocols.
     streams : int
         Event streams open at a time.
     """
@@ -40,6 +45,8 @@ class Bounds:
     strokes: int = 10_000
     rows: int = 2_000_000
     sweep: int = 10_000
+    sweep_nodes: int = 2_000_000
+    sweep_strokes: int = 500_000
     streams: int = 64
 
 
@@ -49,6 +56,24 @@ def node_count(spec: SpecimenSpec) -> int:
     # A stitch of a volumetric knit is two loops.
     loops = spec.rows * spec.loops * spec.layers * (2 if "P" in spec.axes else 1)
     return loops * spec.nodes_per_loop * strands
+
+
+def check_sweep(protocols: Sequence[Protocol], bounds: Bounds) -> None:
+    """Refuse a sweep that is too much to be looked at, job by job.
+
+    Raises
+    ------
+    ProblemError
+        With the bound.
+    """
+    for protocol in protocols:
+        check_protocol(protocol, bounds)
+    nodes = sum(map(node_count, {shape_of(protocol.specimen) for protocol in protocols}))
+    strokes = sum(stroke_count(protocol.steps) for protocol in protocols)
+    if nodes > bounds.sweep_nodes:
+        raise beyond("nodes of the sweep", nodes, bounds.sweep_nodes)
+    if strokes > bounds.sweep_strokes:
+        raise beyond("strokes of the sweep", strokes, bounds.sweep_strokes)
 
 
 def check_protocol(protocol: Protocol, bounds: Bounds) -> None:

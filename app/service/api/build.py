@@ -15,7 +15,7 @@ from app.service.api.guard import admit
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.problems import add_problem_handlers
-from app.service.api.routes import health, laboratory
+from app.service.api.routes import events, files, health, jobs, laboratory, sweeps
 
 if TYPE_CHECKING:
     from app.service.api.context import Context
@@ -43,7 +43,8 @@ def create_app(context: Context) -> FastAPI:
     app.add_middleware(CountRequests, metrics=app.state.metrics)
     add_problem_handlers(app)
     app.include_router(health.router)
-    app.include_router(laboratory.router, dependencies=[Depends(admit)])
+    for part in (laboratory, jobs, sweeps, events, files):
+        app.include_router(part.router, dependencies=[Depends(admit)])
     app.openapi = lambda: _openapi(app)  # type: ignore[method-assign]  # FastAPI's own way to extend it
     if CONSOLE.is_dir():
         app.mount("/", StaticFiles(directory=CONSOLE, html=True), name="console")

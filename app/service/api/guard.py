@@ -9,8 +9,8 @@ from urllib.parse import urlsplit
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
-from app.service.api.problems import ProblemError
 from app.service.api.context import context_of
+from app.service.api.problems import ProblemError
 from knitlab_core.errors import SpecificationError
 
 _BEARER = HTTPBearer(auto_error=False, description="the token that the service was started with")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, PlatformCollector, ProcessCollector
 
 if TYPE_CHECKING:
+    from starlette.requests import Request
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _BUCKETS = (0.005, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0, 30.0)
@@ -30,8 +31,29 @@ class Metrics:
             buckets=_BUCKETS,
             registry=self.registry,
         )
-        self.streams = Gauge("knitlab_event_streams", "Event streams that are open.", registry=self.registry)
+        self.open_streams = 0
+        streams = Gauge("knitlab_event_streams", "Event streams that are open.", registry=self.registry)
+        streams.set_function(lambda: self.open_streams)
         self.jobs = Gauge("knitlab_jobs", "Jobs by state.", ["state"], registry=self.registry)
+
+    def take_stream(self, most: int) -> bool:
+        """Take one of so many event streams; whoever has it gives it back."""
+        if self.open_streams >= most:
+            return False
+        self.open_streams += 1
+        return True
+
+    def give_stream(self) -> None:
+        """Give an event stream back."""
+        self.open_streams -= 1
+
+
+def metrics_of(request: Request) -> Metrics:
+    """Return the counters of the service that a request came to."""
+    found = request.app.state.metrics
+    if not isinstance(found, Metrics):
+        raise TypeError("an app without counters")
+    return found
 
 
 class CountRequests:

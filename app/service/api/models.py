@@ -268,4 +268,4 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
     }
 
 
-JobId = Annotated[str, Path(alias="id", pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=["3f2a9c0d41e65b78"])]
+JobId = Annotated[str, Path(pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=["3f2a9c0d41e65b78"])]

@@ -17,10 +17,10 @@ from app.service.api.problems import ProblemError
 from app.service.api.transfer import transfer
 from knitlab_core.errors import FormatError, SpecificationError
 
-router = APIRouter(prefix="/v1/jobs/{id}", tags=["files"])
+router = APIRouter(prefix="/v1/jobs/{job}", tags=["files"])
 
 _HIDDEN = frozenset({"lock", "spec.json", "checkpoint.h5"})
-_KINDS: dict[str, Literal["record", "log", "picture"]] = {
+_KINDS: dict[str, Literal["record", "log", "picture", "text"]] = {
     ".h5": "record",
     ".vtkhdf": "record",
     ".csv": "log",
@@ -50,8 +50,7 @@ def files(job: JobId, here: Here) -> FileList:
     """Return path, size and kind of every file, also of a job that is going on."""
     listed = []
     for name, path in _files(here.store.folder(job)).items():
-        kind = _KINDS.get(path.suffix, "text")
-        listed.append(FileView(name=name, size=path.stat().st_size, kind=kind))
+        listed.append(FileView(name=name, size=path.stat().st_size, kind=_KINDS.get(path.suffix, "text")))
     return FileList(files=listed)
 
 

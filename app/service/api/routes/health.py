@@ -5,8 +5,9 @@ from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
 from app.provenance import version_of
+from app.service.api.context import Here
 from app.service.api.guard import admit
-from app.service.api.metrics import Metrics
+from app.service.api.metrics import metrics_of
 from app.service.api.models import Health, problems
 
 router = APIRouter(tags=["health"])
@@ -25,7 +26,9 @@ def healthz() -> Health:
     response_class=Response,
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}, **problems()},
 )
-def metrics(request: Request) -> Response:
+def metrics(request: Request, here: Here) -> Response:
     """Return counts of requests, of jobs by state and of open event streams."""
-    found: Metrics = request.app.state.metrics
+    found = metrics_of(request)
+    for state, count in here.store.counts().items():
+        found.jobs.labels(state).set(count)
     return Response(generate_latest(found.registry), media_type=CONTENT_TYPE_LATEST)

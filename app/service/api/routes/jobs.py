@@ -74,9 +74,7 @@ def submit(
 ) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
     spec = spec_of(sent, here.bounds)
-    asked = JobSpec(
-        name=spec.name, protocol=spec.protocol, materials=spec.materials, timeout=timeout, memory=memory
-    )
+    asked = JobSpec(name=spec.name, protocol=spec.protocol, materials=spec.materials, timeout=timeout, memory=memory)
     job = here.store.submit(asked, key=key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)
@@ -98,7 +96,7 @@ def list_jobs(
 
 
 @router.get(
-    "/{id}",
+    "/{job}",
     summary="Show a job",
     response_model=JobView,
     responses={
@@ -130,19 +128,19 @@ def _answer(act: Callable[[str], Job], job: str) -> JobView:
 _ASKED: dict[str, Any] = {"status_code": 202, "responses": problems(404, 422)}
 
 
-@router.post("/{id}/cancel", summary="Cancel a job", **_ASKED)
+@router.post("/{job}/cancel", summary="Cancel a job", **_ASKED)
 def cancel(job: JobId, here: Here) -> JobView:
     """Ask a job to end. It is `cancelling` until its process has stopped; a finished job stays as it is."""
     return _answer(here.store.cancel, job)
 
 
-@router.post("/{id}/pause", summary="Pause a job", **_ASKED)
+@router.post("/{job}/pause", summary="Pause a job", **_ASKED)
 def pause(job: JobId, here: Here) -> JobView:
     """Ask a queued or running job to rest at its checkpoint; any other stays as it is."""
     return _answer(here.store.pause, job)
 
 
-@router.post("/{id}/resume", summary="Let a paused job go on", **_ASKED)
+@router.post("/{job}/resume", summary="Let a paused job go on", **_ASKED)
 def resume(job: JobId, here: Here) -> JobView:
     """Queue a paused job again; any other stays as it is."""
     return _answer(here.store.resume, job)

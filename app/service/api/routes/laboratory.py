@@ -16,10 +16,10 @@ from app.rig_data import read_machine
 from app.schemas.material_files import known_materials
 from app.service.api.bodies import Submission, read_raw, submission
 from app.service.api.bounds import check_plan, check_protocol
+from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
 from app.service.api.problems import ProblemError
-from app.service.api.context import Here, context_of
 from app.tables import materials_data, plan_data, specimen_data
 from rigs.catalogue import CATALOGUE, MachineName
 

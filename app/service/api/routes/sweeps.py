@@ -1,0 +1,42 @@
+"""Accept sweeps: many jobs, all of them or none."""
+
+from typing import Annotated
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Depends, Request
+
+from app.service.api.bodies import parse_json, read_raw
+from app.service.api.context import Here, context_of
+from app.service.api.documents import SWEEP_BODY
+from app.service.api.models import JobView, SweepView, problems
+from app.service.api.problems import ProblemError
+from app.service.api.routes.jobs import Key
+from app.service.api.sweeping import swept
+from app.service.jobs import JobSpec
+
+router = APIRouter(prefix="/v1/sweeps", tags=["jobs"])
+
+
+async def sweep_body(request: Request) -> list[JobSpec]:
+    """Return what the jobs of a sweep shall do."""
+    bounds = context_of(request).bounds
+    raw = await read_raw(request, bounds.sweep_body)
+    if raw.kind != "json":
+        raise ProblemError("media-type", "content-type: found YAML, allowed application/json")
+    return await run_sync(lambda: swept(parse_json(raw.text), bounds))
+
+
+@router.post(
+    "",
+    summary="Submit a sweep",
+    status_code=202,
+    responses=problems(400, 408, 413, 415, 422),
+    openapi_extra=SWEEP_BODY,
+)
+def submit_sweep(specs: Annotated[list[JobSpec], Depends(sweep_body)], here: Here, key: Key = None) -> SweepView:
+    """Accept every job of a sweep, or none: one that is not valid refuses the whole.
+
+    A protocol's `params` over lists of values, every combination a job, the last name fastest; or a list of protocols.
+    """
+    jobs = here.store.submit_all(specs, key=key)
+    return SweepView(sweep=str(jobs[0].sweep), count=len(jobs), jobs=[JobView.model_validate(job) for job in jobs])
