@@ -11,11 +11,12 @@ from typing import Annotated, Literal
 
 import typer
 
-from app.exit_codes import NOT_PRINTABLE, SOLVER_FAILED, USAGE
+from app.cli_service import remote
+from app.exit_codes import NOT_PRINTABLE, USAGE, error_exit_code
 from app.run_commands import resume, run
 from app.service.cli import service
 from app.terminal import AsJson, ProtocolPath, complain, warn
-from knitlab_core.errors import KnitlabError, SolverError
+from knitlab_core.errors import KnitlabError
 
 knitlab = typer.Typer(
     name="knitlab",
@@ -34,13 +35,15 @@ knitlab = typer.Typer(
       knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
       knitlab resume runs/biaxial_cycle             go on with a run that was killed
       knitlab print examples/biaxial_cycle.yaml     the knit for a 3D printer: checks, STL, 3MF
+      knitlab submit examples/biaxial_cycle.yaml    the test as a job of a service: knitlab serve
 
     Results go to stdout, progress to stderr.
 
     Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
-    5 not printable, 130 interrupted.""",
+    5 service unreachable, 6 not printable, 130 interrupted.""",
 )
 knitlab.add_typer(service)
+knitlab.add_typer(remote)
 
 
 def main() -> None:
@@ -49,7 +52,7 @@ def main() -> None:
         knitlab(standalone_mode=True)
     except KnitlabError as error:
         complain(str(error))
-        sys.exit(SOLVER_FAILED if isinstance(error, SolverError) else USAGE)
+        sys.exit(error_exit_code(error))
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         complain(f"{where}{(error.strerror or str(error)).lower()}")
@@ -59,13 +62,9 @@ def main() -> None:
 def _version(asked: bool) -> None:  # noqa: FBT001 (typer calls it with the option's value)
     """Print the version and leave."""
     if asked:
-        from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 (lazy, as all below)
+        from app.version import version_of  # noqa: PLC0415 (lazy, as all below)
 
-        try:
-            number = version("knitlab")
-        except PackageNotFoundError:
-            number = "(not installed)"
-        sys.stdout.write(f"knitlab {number}\n")
+        sys.stdout.write(f"knitlab {version_of('knitlab')}\n")
         raise typer.Exit
 
 
@@ -174,7 +173,7 @@ def print_(
 
     Each fibre is a closed tube along the smooth yarn. It must be whole, thick enough to print, and clear of itself
     by more than the printer fuses; found and allowed stand side by side. Files are written all the same; a check that
-    is not met ends with exit code 5. Needs the extra: pip install 'knitlab[printing]'.
+    is not met ends with exit code 6. Needs the extra: pip install 'knitlab[printing]'.
     """
     from app.printing import require_extra  # noqa: PLC0415
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import platform
 from dataclasses import fields, is_dataclass
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
 
 from app.labels import beyond_elastic, yarn_label
+from app.version import version_of
 from knitlab_core.materials import DEFAULT_FRICTION, Value
 from rigs.machine import Datum
 
@@ -84,14 +84,6 @@ def _options(spec: SpecimenSpec) -> Iterator[Fact]:
     limit = spec.substance.breaking_strain
     if spec.rupture != "off" and limit is not None:
         yield from _sourced("rupture.strain", limit)
-
-
-def version_of(package: str) -> str:
-    """Return the version of an installed package."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _facts(name: str, part: object) -> Iterator[Fact]:

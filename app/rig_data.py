@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
 from importlib.resources import files
 from types import NoneType
 from typing import TYPE_CHECKING, get_args, get_type_hints
@@ -49,7 +50,17 @@ def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
     """
-    source: Traversable = path or files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml"
+    return _own_numbers(machine) if path is None else _numbers_in(path, machine)
+
+
+@cache
+def _own_numbers(machine: MachineName) -> MachineData:
+    """Read the machine's own file; once, for a service asks for it with every protocol."""
+    return _numbers_in(files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml", machine)
+
+
+def _numbers_in(source: Traversable, machine: MachineName) -> MachineData:
+    """Read the numbers of a machine in a file."""
     built = read_numbers(MachineData, source)
     if not isinstance(built, MachineData) or built.rig != machine:
         raise FormatError(source.name, 1, f"the numbers of {machine}")

@@ -15,11 +15,12 @@ from app.labels import ELASTIC, beyond_elastic, yarn_label
 from knitlab_core.materials import DEFAULT_FRICTION
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from types import TracebackType
     from typing import Self
 
     from app.check import Plan, SpecimenFacts
+    from app.knitlab_client import Job
     from app.usecases import RunResult
     from knitlab_core.materials import Material, Value
     from rigs.motion import Stroke
@@ -240,6 +241,20 @@ def _numbers(material: Material) -> list[tuple[str, Value]]:
         for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
     ]
     return [(word, value) for word, value in single.items() if value is not None] + terms
+
+
+def jobs_data(found: Sequence[Job]) -> list[dict[str, Any]]:
+    """Return jobs as plain data."""
+    return [asdict(job) for job in found]
+
+
+def print_jobs(found: Sequence[Job]) -> None:
+    """Print a table of jobs."""
+    table = Table("id", "name", "state", "done", "created", "end")
+    for job in found:
+        created = (job.created or "")[:19].replace("T", " ")
+        table.add_row(job.id, job.name, job.state, f"{job.progress.share:.0%}", created, job.end or "")
+    _stdout().print(table)
 
 
 def _stdout() -> Console:

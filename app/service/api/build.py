@@ -9,13 +9,13 @@ from fastapi import Depends, FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.staticfiles import StaticFiles
 
-from app.provenance import version_of
 from app.service.api.documents import protocol_schemas
 from app.service.api.guard import admit
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.problems import add_problem_handlers
 from app.service.api.routes import events, files, health, jobs, laboratory, sweeps
+from app.version import version_of
 
 if TYPE_CHECKING:
     from app.service.api.context import Context

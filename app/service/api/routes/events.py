@@ -4,8 +4,7 @@ from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Header, Request
-from fastapi.responses import Response
-from fastapi.sse import EventSourceResponse
+from fastapi.responses import Response, StreamingResponse
 
 from app.service.api.context import Here
 from app.service.api.metrics import metrics_of
@@ -34,7 +33,7 @@ id: 1-running-500
 @router.get(
     "/events",
     summary="Follow a job",
-    response_class=EventSourceResponse,
+    response_class=StreamingResponse,
     responses={
         200: {"content": {"text/event-stream": {"schema": {"type": "string"}, "example": _EXAMPLE}}},
         204: {"description": "The job has ended, and the client has seen all of it"},

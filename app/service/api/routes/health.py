@@ -4,11 +4,11 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
-from app.provenance import version_of
 from app.service.api.context import Here
 from app.service.api.guard import admit
 from app.service.api.metrics import metrics_of
 from app.service.api.models import Health, problems
+from app.version import version_of
 
 router = APIRouter(tags=["health"])
 

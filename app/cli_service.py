@@ -1,0 +1,219 @@
+"""Add the commands that talk to a service, and the one that is it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from app.exit_codes import INTERRUPTED
+
+if TYPE_CHECKING:
+    from app.knitlab_client import Client, Job
+
+State = Literal["queued", "running", "paused", "cancelling", "succeeded", "failed", "cancelled"]
+JobId = Annotated[str, typer.Argument(metavar="ID", help="Id of a job, as `knitlab submit` prints it.")]
+Server = Annotated[
+    str, typer.Option(envvar="KNITLAB_SERVER", help="Address of the service.", show_envvar=True, metavar="URL")
+]
+Token = Annotated[
+    str | None,
+    typer.Option(envvar="KNITLAB_TOKEN", help="Token of the service.", show_envvar=True, show_default=False),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder for the logs.", show_default="a new one under runs/", file_okay=False),
+]
+All = Annotated[bool, typer.Option("--all", help="Fetch the whole run folder, not the logs alone.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
+
+_SERVER = "http://127.0.0.1:8731"
+
+remote = typer.Typer()
+jobs = typer.Typer(
+    invoke_without_command=True,
+    short_help="List the jobs of a service; pause, resume or show one.",
+    epilog="\b\nExamples:\n  knitlab jobs --state running\n  knitlab jobs pause 3f2a9c0d41e65b78",
+    rich_markup_mode=None,
+)
+remote.add_typer(jobs, name="jobs")
+
+
+@remote.command(
+    short_help="Submit a protocol to a service as a job.",
+    epilog="\b\nExample:\n  knitlab submit examples/biaxial_cycle.yaml --watch",
+)
+def submit(
+    protocol: Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)],
+    *,
+    follow: Annotated[bool, typer.Option("--watch", help="Follow the job to its end, and fetch its logs.")] = False,
+    out: Out = None,
+    everything: All = False,
+    server: Server = _SERVER,
+    token: Token = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Submit a protocol as a job and print its id; with --watch follow it, as `knitlab watch` does.
+
+    The job goes on when this command is interrupted, and when the service is started again. Exit code 5: no service.
+    """
+    from app.schemas import load  # noqa: PLC0415
+
+    loaded = load(protocol)
+    with _client(server, token) as client:
+        job = client.submit(loaded.text, name=loaded.protocol.name, materials=loaded.materials)
+        if follow:
+            _follow(client, job.id, out, everything=everything, quiet=quiet, as_json=as_json)
+        else:
+            _print_job(job, job.id, as_json=as_json)
+
+
+@remote.command(
+    short_help="Follow a job to its end; fetch its logs.",
+    epilog="\b\nExample:\n  knitlab watch 3f2a9c0d41e65b78 --out runs/first",
+)
+def watch(
+    job: JobId,
+    *,
+    out: Out = None,
+    everything: All = False,
+    server: Server = _SERVER,
+    token: Token = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Follow a job to its end, over restarts of the service, and fetch its logs. The exit code is the test's own."""
+    with _client(server, token) as client:
+        _follow(client, job, out, everything=everything, quiet=quiet, as_json=as_json)
+
+
+@remote.command(
+    short_help="Cancel a job.",
+    epilog="\b\nExample:\n  knitlab cancel 3f2a9c0d41e65b78",
+)
+def cancel(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+    """Ask a job to end; what it recorded is kept."""
+    with _client(server, token) as client:
+        _print_state(client.cancel(job), as_json=as_json)
+
+
+@remote.command(
+    short_help="Serve: the API, and jobs in so many slots.",
+    epilog="\b\nExample:\n  knitlab serve --slots 2",
+)
+def serve(
+    *,
+    slots: Annotated[int, typer.Option(help="Jobs that run at once; 0 for the API alone.", min=0, max=1024)] = 2,
+    host: Annotated[str, typer.Option(help="Address to listen on; any but this machine's own needs a token.")] = (
+        "127.0.0.1"
+    ),
+    port: Annotated[int, typer.Option(help="Port; 0 for a free one.", min=0, max=65535)] = 8731,
+    data: Annotated[
+        Path | None,
+        typer.Option(envvar="KNITLAB_DATA", help="Data folder.", show_default="knitlab-data", file_okay=False),
+    ] = None,
+    token: Token = None,
+) -> None:
+    """Serve until Ctrl-C: the API, and so many jobs at a time. Jobs that run go on at the next start.
+
+    The documentation of the API is at /docs. KNITLAB_DB=postgresql://... shares one queue among many machines.
+    """
+    from app.service.serving import serve as serve_until_stopped  # noqa: PLC0415
+
+    serve_until_stopped(host=host, port=port, slots=slots, data=data, token=token)
+
+
+@jobs.callback()
+def _list(
+    context: typer.Context,
+    *,
+    limit: Annotated[int, typer.Option(help="Most jobs to list.", min=1, max=1000)] = 20,
+    state: Annotated[State | None, typer.Option(help="Only jobs in this state.", show_default=False)] = None,
+    sweep: Annotated[str | None, typer.Option(help="Only jobs of this sweep.", show_default=False)] = None,
+    server: Server = _SERVER,
+    token: Token = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the jobs of a service, newest first."""
+    if context.invoked_subcommand is not None:
+        return
+    from app.tables import jobs_data, print_jobs, print_json  # noqa: PLC0415
+
+    with _client(server, token) as client:
+        page = client.jobs(limit=limit, state=state, sweep=sweep)
+    if as_json:
+        print_json(jobs_data(page.jobs))
+    else:
+        print_jobs(page.jobs)
+
+
+@jobs.command()
+def show(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+    """Show one job."""
+    with _client(server, token) as client:
+        _print_state(client.job(job), as_json=as_json)
+
+
+@jobs.command()
+def pause(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+    """Ask a job to rest at its checkpoint."""
+    with _client(server, token) as client:
+        _print_state(client.pause(job), as_json=as_json)
+
+
+@jobs.command()
+def resume(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+    """Let a paused job go on; `knitlab resume` goes on with a run of this machine's own."""
+    with _client(server, token) as client:
+        _print_state(client.resume(job), as_json=as_json)
+
+
+def _client(server: str, token: str | None) -> Client:
+    """Return a client of a service."""
+    from app.knitlab_client import Client  # noqa: PLC0415
+
+    return Client(server, token)
+
+
+def _print_state(job: Job, *, as_json: bool) -> None:
+    """Print one job, its state first."""
+    _print_job(job, f"{job.state} {job.id} {job.name} {job.progress.share:.0%} {job.message}".rstrip(), as_json=as_json)
+
+
+def _print_job(job: Job, text: str, *, as_json: bool) -> None:
+    """Print a job as a line, or as JSON."""
+    from app.tables import jobs_data, print_json  # noqa: PLC0415
+
+    if as_json:
+        print_json(jobs_data([job])[0])
+    else:
+        sys.stdout.write(text + "\n")
+
+
+def _follow(client: Client, job: str, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
+    """Follow a job to its end, fetch its logs, and leave with the exit code of its test."""
+    from app.exit_codes import job_exit_code  # noqa: PLC0415
+    from app.run_folder import make_run_folder  # noqa: PLC0415
+    from app.tables import Bar, jobs_data, print_json  # noqa: PLC0415
+    from app.watching import fetch_logs, watch_job  # noqa: PLC0415
+
+    try:
+        with Bar(hidden=quiet) as bar:
+            ended = watch_job(client, job, bar.show)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"job {job} goes on: knitlab watch {job}\n")
+        raise typer.Exit(INTERRUPTED) from None
+    folder = make_run_folder(Path("runs") / ended.name if out is None else out)
+    fetched = fetch_logs(client, job, folder, everything=everything)
+    if as_json:
+        print_json({**jobs_data([ended])[0], "folder": str(folder), "files": [str(path) for path in fetched]})
+    else:
+        sys.stdout.write(f"{ended.state}: {ended.end}; folder: {folder}\n")
+        sys.stdout.writelines(f"log: {path}\n" for path in fetched)
+    if ended.message:
+        sys.stderr.write(f"{ended.id}: {ended.message}\n")
+    raise typer.Exit(job_exit_code(ended))

@@ -1,0 +1,114 @@
+"""Serve: the API, and with it a worker of so many slots, until told to stop."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import sys
+import threading
+from typing import TYPE_CHECKING, Final
+
+import uvicorn
+
+from app.service.api.build import create_app
+from app.service.api.context import Context
+from app.service.api.guard import require_token_for
+from app.service.settings import settings
+from app.service.store import Store
+from app.service.worker import Worker, own
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from types import FrameType
+
+    from fastapi import FastAPI
+
+_LAST_ANSWERS: Final = 5
+"""Time that open connections get when the service stops [s]."""
+
+_MOST_CONNECTIONS: Final = 1000
+
+
+def serve(*, host: str, port: int, slots: int, data: Path | None, token: str | None) -> None:
+    """Serve until SIGINT or SIGTERM; then jobs that run go back to the queue, with their checkpoints.
+
+    Parameters
+    ----------
+    host, port : str, int
+        Where to listen; any host but this machine's own needs a token. Port 0 is a free one.
+    slots : int
+        How many jobs run at once here; 0 leaves them to workers elsewhere.
+    data : Path or None
+        Data folder; None as `settings` has it.
+    token : str or None
+        What a client must show.
+
+    Raises
+    ------
+    SpecificationError
+        If other machines could come in without a token.
+    StoreInUseError
+        If another process serves the same embedded store.
+    OSError
+        If the port is taken.
+    """
+    require_token_for(host, token)
+    given = settings(data)
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with own(given), Store(given) as store, socket.create_server((host, port), family=family) as listener:
+        worker = Worker(store, slots) if slots else None
+        if worker is not None:
+            worker.start()
+        try:
+            app = create_app(Context(store=store, token=token))
+            _answer(app, listener, lambda address: _announce(address, slots, given.data))
+        finally:
+            if worker is not None:
+                worker.drain()
+
+
+def _answer(app: FastAPI, listener: socket.socket, announce: Callable[[str], None]) -> None:
+    """Answer requests until a signal comes.
+
+    The server runs beside the main thread: there it would hand a SIGTERM on, and the process end before its worker
+    has put its jobs back.
+    """
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        lifespan="off",
+        timeout_graceful_shutdown=_LAST_ANSWERS,
+        limit_concurrency=_MOST_CONNECTIONS,
+    )
+    server = uvicorn.Server(config)
+    stop = threading.Event()
+
+    def ask_to_stop(_signal: int, _frame: FrameType | None) -> None:
+        # The second time it is meant.
+        server.force_exit = stop.is_set()
+        server.should_exit = True
+        stop.set()
+
+    before = {one: signal.signal(one, ask_to_stop) for one in (signal.SIGINT, signal.SIGTERM)}
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="knitlab-http")
+    try:
+        thread.start()
+        host, port = listener.getsockname()[:2]
+        announce(f"http://{f'[{host}]' if ':' in host else host}:{port}")
+        while thread.is_alive():
+            thread.join(0.5)
+    finally:
+        server.should_exit = True
+        thread.join()
+        for one, handler in before.items():
+            signal.signal(one, handler)
+
+
+def _announce(address: str, slots: int, data: Path) -> None:
+    """Say where the service is."""
+    sys.stderr.write(f"knitlab serves on {address}, {slots} slots, data in {data}; documentation at {address}/docs\n")
+    sys.stderr.flush()
