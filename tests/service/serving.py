@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def served(app: FastAPI) -> Iterator[str]:
-    """Lend the address of an app that answers."""
+def served(app: FastAPI, *, quiet: bool = False) -> Iterator[str]:
+    """Lend the address of an app that answers; a quiet one keeps its own mistakes to itself."""
     listener = socket.create_server(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(app, log_level="error", lifespan="off"))
+    server = uvicorn.Server(uvicorn.Config(app, log_level="critical" if quiet else "error", lifespan="off"))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()
     try:
