@@ -250,9 +250,12 @@ def jobs_data(found: Sequence[Job]) -> list[dict[str, Any]]:
 
 def print_jobs(found: Sequence[Job]) -> None:
     """Print a table of jobs."""
-    table = Table("id", "name", "state", "done", "created", "end")
+    table = Table()
+    for name in ("id", "name", "state", "done", "created", "end"):
+        # An id must stay whole, to be copied.
+        table.add_column(name, no_wrap=name == "id", overflow="fold")
     for job in found:
-        created = (job.created or "")[:19].replace("T", " ")
+        created = (job.created or "")[:16].replace("T", " ")
         table.add_row(job.id, job.name, job.state, f"{job.progress.share:.0%}", created, job.end or "")
     _stdout().print(table)
 

@@ -82,9 +82,11 @@ def test_deep_nesting(http: httpx.Client, headers: dict[str, str], body: str) ->
     assert answer.headers["content-type"] == "application/problem+json"
 
 
+LAUGHS = "".join(
+    f"{new}: &{new} [{', '.join([f'*{old}'] * 9)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
 BOMBS = {
-    "laughs": "a: &a [x, x, x, x, x, x, x, x, x]\n"
-    + "".join(f"{new}: &{new} [{', '.join([f'*{old}'] * 9)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)),
+    "laughs": "a: &a [x, x, x, x, x, x, x, x, x]\n" + LAUGHS,
     "an alias to itself": "a: &a [*a]\n",
     "many values": "a: [" + "x," * 400_000 + "]",
     "merge keys": "a: &a {x: 1}\nb:\n  <<: *a\n",

@@ -12,8 +12,8 @@ from starlette.requests import Request
 from app.service.api.transfer import transfer
 from app.service.folder import JobFolder
 from app.service.jobs import Job, JobSpec
-from app.watching import _inside
 from app.service_errors import ServiceError
+from app.watching import _inside
 from tests.service.test_rest import problem
 from tests.synthetic_run import make_run
 
@@ -69,7 +69,13 @@ def test_a_file_is_sent_whole(http: httpx.Client, done: Job) -> None:
 
 @pytest.mark.parametrize(
     ("wanted", "start", "end"),
-    [("0-0", 0, 1), ("100-199", 100, 200), ("255900-", 255900, 256000), ("-10", 255990, 256000), ("9-999999", 9, 256000)],
+    [
+        ("0-0", 0, 1),
+        ("100-199", 100, 200),
+        ("255900-", 255900, 256000),
+        ("-10", 255990, 256000),
+        ("9-999999", 9, 256000),
+    ],
 )
 def test_a_range_is_sent(http: httpx.Client, done: Job, wanted: str, start: int, end: int) -> None:
     answer = http.get(f"/v1/jobs/{done.id}/files/run/made.csv", headers={"Range": f"bytes={wanted}"})
@@ -136,7 +142,9 @@ def test_no_path_leads_out_of_a_job(store: Store, address: str, done: Job, name:
     assert b"SQLite" not in answer
 
 
-@pytest.mark.parametrize("name", ['a"b.csv', "a\r\nSet-Cookie: b=c.csv", "a\nb.csv", "é;x=y.csv", "a%0d%0ab.csv", "日.csv"])
+@pytest.mark.parametrize(
+    "name", ['a"b.csv', "a\r\nSet-Cookie: b=c.csv", "a\nb.csv", "é;x=y.csv", "a%0d%0ab.csv", "日.csv"]
+)
 def test_no_file_name_breaks_a_header(store: Store, http: httpx.Client, done: Job, name: str) -> None:
     (store.folder(done.id) / name).write_bytes(b"here")
     answer = http.get(f"/v1/jobs/{done.id}/files/{quote(name, safe='')}")
