@@ -38,7 +38,6 @@ QUIET: Final = 15.0
 STALLED: Final = 60.0
 """How long a client may take nothing before it is dropped [s]."""
 
-_RETRY: Final = 2000
 _ID: Final = re.compile(r"(\d{1,9})-([a-z]{1,16})-(\d{1,5})")
 
 
@@ -89,7 +88,6 @@ async def job_events(store: JobStore, job: str, seen: Seen) -> AsyncIterator[byt
     """
     folder = await run_sync(store.folder, job)
     rows = NewRows(folder / "rows.jsonl", seen.rows)
-    yield f"retry: {_RETRY}\n\n".encode()
     last = monotonic()
     while True:
         # The state first: when a job has ended, all its rows are written.
