@@ -50,6 +50,7 @@ def submit(
     protocol: Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)],
     *,
     follow: Annotated[bool, typer.Option("--watch", help="Follow the job to its end, and fetch its logs.")] = False,
+    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Leave plot and pictures out.")] = False,
     out: Out = None,
     everything: All = False,
     server: Server = _SERVER,
@@ -65,7 +66,9 @@ def submit(
 
     loaded = load(protocol)
     with _client(server, token) as client:
-        job = client.submit(loaded.text, name=loaded.protocol.name, materials=loaded.materials)
+        job = client.submit(
+            loaded.text, name=loaded.protocol.name, materials=loaded.materials, pictures=not no_pictures
+        )
         if follow:
             _follow(client, job.id, out, everything=everything, quiet=quiet, as_json=as_json)
         else:
@@ -88,7 +91,7 @@ def watch(
 ) -> None:
     """Follow a job to its end, over restarts of the service, and fetch its logs. The exit code is the test's own."""
     with _client(server, token) as client:
-        _follow(client, job, out, everything=everything, quiet=quiet, as_json=as_json)
+        _follow(client, client.job(job), out, everything=everything, quiet=quiet, as_json=as_json)
 
 
 @remote.command(
@@ -194,7 +197,7 @@ def _print_job(job: Job, text: str, *, as_json: bool) -> None:
         sys.stdout.write(text + "\n")
 
 
-def _follow(client: Client, job: str, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
+def _follow(client: Client, job: Job, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
     """Follow a job to its end, fetch its logs, and leave with the exit code of its test."""
     from app.exit_codes import job_exit_code  # noqa: PLC0415
     from app.run_folder import make_run_folder  # noqa: PLC0415
@@ -205,10 +208,10 @@ def _follow(client: Client, job: str, out: Path | None, *, everything: bool, qui
         with Bar(hidden=quiet) as bar:
             ended = watch_job(client, job, bar.show)
     except KeyboardInterrupt:
-        sys.stderr.write(f"job {job} goes on: knitlab watch {job}\n")
+        sys.stderr.write(f"job {job.id} goes on: knitlab watch {job.id}\n")
         raise typer.Exit(INTERRUPTED) from None
     folder = make_run_folder(Path("runs") / ended.name if out is None else out)
-    fetched = fetch_logs(client, job, folder, everything=everything)
+    fetched = fetch_logs(client, job.id, folder, everything=everything)
     if as_json:
         print_json({**jobs_data([ended])[0], "folder": str(folder), "files": [str(path) for path in fetched]})
     else:

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 _RUN = "run/"
 
 
-def watch_job(client: Client, job: str, show: Callable[[float, str], None]) -> Job:
+def watch_job(client: Client, job: Job, show: Callable[[float, str], None]) -> Job:
     """Follow a job to its end.
 
     Parameters
     ----------
     client : Client
         The service.
-    job : str
-        The job's id.
+    job : Job
+        The job, as it was.
     show : callable
         Told the share done [1] and what is being done.
 
@@ -34,11 +34,11 @@ def watch_job(client: Client, job: str, show: Callable[[float, str], None]) -> J
     Job
         As it ended.
     """
-    now = client.job(job)
+    now = job
     show(now.progress.share, now.progress.text or now.state)
     if now.over:
         return now
-    for event in client.follow(job):
+    for event in client.follow(job.id):
         match event.kind:
             case "state":
                 now = job_of(event.data)
@@ -48,7 +48,7 @@ def watch_job(client: Client, job: str, show: Callable[[float, str], None]) -> J
                 continue
         working = now.state == "running" and now.progress.text
         show(now.progress.share, now.progress.text if working else now.state)
-    return now if now.over else client.job(job)
+    return now if now.over else client.job(job.id)
 
 
 def fetch_logs(client: Client, job: str, folder: Path, *, everything: bool = False) -> list[Path]:

@@ -72,7 +72,15 @@ class Client:
         """Close the connections."""
         self._http.close()
 
-    def submit(self, protocol: str, *, name: str = "test", materials: str = "", key: str | None = None) -> Job:
+    def submit(
+        self,
+        protocol: str,
+        *,
+        name: str = "test",
+        materials: str = "",
+        key: str | None = None,
+        pictures: bool = True,
+    ) -> Job:
         """Submit a protocol, once even if the answer is lost on the way.
 
         Parameters
@@ -85,9 +93,12 @@ class Client:
             The YAML of the file that it names under `materials`.
         key : str or None
             What tells this submission from others; None makes one.
+        pictures : bool
+            Whether to draw the plot and the knit too.
         """
         body = {"protocol": protocol, "name": name, **({"materials": materials} if materials else {})}
-        return job_of(self._post_once("/v1/jobs", body, key))
+        path = "/v1/jobs" if pictures else "/v1/jobs?pictures=false"
+        return job_of(self._post_once(path, body, key))
 
     def sweep(self, protocols: Sequence[str], *, key: str | None = None) -> tuple[Job, ...]:
         """Submit many protocols: all of them or none."""

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Query, Request
@@ -71,10 +72,11 @@ def submit(
     key: Key = None,
     timeout: Timeout = None,
     memory: Memory = 8 * GIBIBYTE,
+    pictures: Annotated[bool, Query(description="Whether to draw the plot and the knit too.")] = True,
 ) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
     spec = spec_of(sent, here.bounds)
-    asked = JobSpec(name=spec.name, protocol=spec.protocol, materials=spec.materials, timeout=timeout, memory=memory)
+    asked = replace(spec, timeout=timeout, memory=memory, pictures=pictures)
     job = here.store.submit(asked, key=key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)

@@ -1,0 +1,163 @@
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import httpx
+import pytest
+
+from app.knitlab_client import Client, UnreachableError
+from app.schemas import loads
+from app.service_errors import ServiceError
+from app.usecases import run_loaded
+from tests.service.knitlab_serve import ROOT, environment, knitlab, serving
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: A real test of few rows, with noise.
+QUICK = """\
+schema: knitlab/protocol@1
+name: quick
+rig: biaxial-hook
+specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
+speed_ref: pair
+others: hold
+log: {rate: 10 Hz, noise: on, seed: 7}
+max_strain_increment: 0.05
+steps:
+  - zero: {channels: [force, displacement]}
+  - cycle: {axes: [C, W], lower: 0, upper: 5 %, rate: 0.2 mm/s, n: 1}
+"""
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with serving(tmp_path_factory.mktemp("serve"), "--slots", 1) as (address, _):
+        yield address
+
+
+def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> None:
+    protocol = tmp_path / "quick.yaml"
+    protocol.write_text(QUICK, encoding="utf-8")
+    said = knitlab(
+        "submit", protocol, "--watch", "--no-pictures", "--quiet", "--json", folder=tmp_path, KNITLAB_SERVER=service
+    )
+    assert said.returncode == 0, said.stderr
+    job = json.loads(said.stdout)
+    assert (job["state"], job["end"], job["name"]) == ("succeeded", "target", "quick")
+    assert job["progress"]["share"] == 1.0
+    run = run_loaded(loads(QUICK), tmp_path / "here", lambda _share, _text: None, pictures=False)
+    log = (run.folder / "quick.csv").read_bytes()
+    assert len(log.splitlines()) > 50
+    assert [Path(path).name for path in job["files"]] == ["quick.csv"]
+    assert (tmp_path / job["files"][0]).read_bytes() == log
+    # What came over the stream is what the record has.
+    with Client(service) as client:
+        events = list(client.follow(job["id"]))
+        rows = [row for event in events if event.kind == "rows" for row in event.data["rows"]]
+        assert [row["row"] for row in rows] == list(range(job["progress"]["rows"]))
+        assert client.log(job["id"], "biotester", tmp_path / "log.csv").read_bytes() == log
+        assert {one.name for one in client.files(job["id"])} >= {"run/run.h5", "run/quick.csv", "job.log"}
+
+
+def test_jobs_are_steered_from_the_command_line(service: str, tmp_path: Path) -> None:
+    protocol = tmp_path / "long.yaml"
+    protocol.write_text(QUICK.replace("n: 1", "n: 4000").replace("name: quick\n", ""), encoding="utf-8")
+
+    def say(*words: object) -> str:
+        said = knitlab(*words, folder=tmp_path, KNITLAB_SERVER=service)
+        assert said.returncode == 0, said.stderr
+        return said.stdout.strip()
+
+    job = say("submit", protocol)
+    assert re.fullmatch(r"[A-Za-z0-9_-]+", job)
+    assert job in say("jobs")
+    shown = json.loads(say("jobs", "show", job, "--json"))
+    assert shown["name"] == "long"
+    # It pauses at its checkpoint, or at once if it has not begun.
+    assert say("jobs", "pause", job).split()[:2] in (["running", job], ["paused", job])
+    assert say("jobs", "resume", job).split()[1] == job
+    assert say("cancel", job).split()[0] in {"cancelled", "cancelling"}
+    watched = knitlab("watch", job, "--quiet", folder=tmp_path, KNITLAB_SERVER=service)
+    assert watched.returncode == 130
+    assert "cancelled" in watched.stdout
+
+
+def test_every_example_of_the_documentation_runs(service: str, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
+    script = "\n".join(re.findall(r"^```sh\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE))
+    assert script.count("curl") > 15
+    quick = tmp_path / "examples" / "biaxial_small.yaml"
+    quick.parent.mkdir()
+    quick.write_text(
+        QUICK.replace("quick", "biaxial_small").replace("upper: 5 %", 'upper: "${peak}"') + "params: {peak: 5 %}\n",
+        encoding="utf-8",
+    )
+    script = script.replace("http://127.0.0.1:8731", service)
+    ran = subprocess.run(  # noqa: S603 (our own documentation)
+        ["/bin/bash", "-euo", "pipefail", "-c", script],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+    )
+    assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-2000:]
+    assert (tmp_path / "head.bin").read_bytes() == b"\x89HDF\r\n\x1a\n"
+    assert len(json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))["jobs"]) == 2
+    # Each route has its example.
+    routes = httpx.get(f"{service}/openapi.json").json()["paths"]
+    for route in routes:
+        part = route.replace("/v1/jobs/{job}", "").replace("/{name}", "") or "/v1/jobs"
+        assert part in script, route
+
+
+def test_no_service(tmp_path: Path) -> None:
+    said = knitlab("jobs", "--server", "http://127.0.0.1:1", folder=tmp_path)
+    assert said.returncode == 5
+    assert said.stderr.startswith("http://127.0.0.1:1: ")
+    assert len(said.stderr.splitlines()) == 1
+    for server in ("http://127.0.0.1:1", "nonsense", "http://[bad"):
+        with pytest.raises(UnreachableError), Client(server) as client:
+            client.jobs()
+
+
+def test_mistakes_are_one_line(service: str, tmp_path: Path) -> None:
+    wrong = tmp_path / "p.yaml"
+    wrong.write_text(QUICK.replace("biaxial-hook", "hook"), encoding="utf-8")
+    for words, said in (
+        (("submit", "p.yaml"), "p.yaml:3:6: rig"),
+        (("watch", "nobody"), "job 'nobody': there is none"),
+        (("cancel", "../x"), ""),
+        (("serve", "--host", "192.0.2.1"), "host: found '192.0.2.1'"),
+        (("serve", "--port", service.rpartition(":")[2], "--data", "d"), "address already in use"),
+    ):
+        answer = knitlab(*words, folder=tmp_path, KNITLAB_SERVER=service)
+        assert answer.returncode == 2, (words, answer.stderr)
+        assert said in answer.stderr
+        assert len(answer.stderr.splitlines()) == 1, answer.stderr
+
+
+def test_a_service_with_a_token(tmp_path: Path) -> None:
+    with serving(tmp_path, "--slots", 0, "--host", "0.0.0.0", KNITLAB_TOKEN="s3cret") as (address, process):  # noqa: S104, S106
+        local = address.replace("0.0.0.0", "127.0.0.1")  # noqa: S104 (it asks for a token)
+        with Client(local, "s3cret") as client:
+            job = client.submit(QUICK, key="once")
+            assert client.submit(QUICK, key="once").id == job.id
+            with pytest.raises(ServiceError, match="another body"):
+                client.submit(QUICK.replace("5 %", "6 %"), key="once")
+            assert [one.id for one in client.jobs().jobs] == [job.id]
+            assert [one.state for one in client.sweep([QUICK, QUICK])] == ["queued"] * 2
+        with Client(local, "guess") as client, pytest.raises(ServiceError, match="token") as refused:
+            client.jobs()
+        assert refused.value.status == 401
+        process.terminate()
+        # It leaves when it is asked to, and keeps what it was given.
+        assert process.wait(timeout=60) == 0
+    with serving(tmp_path, "--slots", 0) as (address, _), Client(address) as client:
+        assert client.job(job.id).state == "queued"
