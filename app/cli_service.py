@@ -70,7 +70,7 @@ def submit(
             loaded.text, name=loaded.protocol.name, materials=loaded.materials, pictures=not no_pictures
         )
         if follow:
-            _follow(client, job.id, out, everything=everything, quiet=quiet, as_json=as_json)
+            _follow(client, job, out, everything=everything, quiet=quiet, as_json=as_json)
         else:
             _print_job(job, job.id, as_json=as_json)
 

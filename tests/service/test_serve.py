@@ -3,12 +3,14 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import httpx
 import pytest
 
+from app.cli import main
 from app.knitlab_client import Client, UnreachableError
 from app.schemas import loads
 from app.service_errors import ServiceError
@@ -16,7 +18,7 @@ from app.usecases import run_loaded
 from tests.service.knitlab_serve import ROOT, environment, knitlab, serving
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 #: A real test of few rows, with noise.
 QUICK = """\
@@ -34,10 +36,32 @@ steps:
 """
 
 
+class Said(NamedTuple):
+    """What a command answered."""
+
+    code: int
+    out: str
+    err: str
+
+
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with serving(tmp_path_factory.mktemp("serve"), "--slots", 1) as (address, _):
         yield address
+
+
+@pytest.fixture
+def say(service: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    """Run commands in this process, where their imports cost but once."""
+    monkeypatch.setenv("KNITLAB_SERVER", service)
+
+    def command(*words: object) -> Said:
+        monkeypatch.setattr(sys, "argv", ["knitlab", *map(str, words)])
+        with pytest.raises(SystemExit) as raised:
+            main()
+        return Said(int(raised.value.code or 0), *capsys.readouterr())
+
+    return command
 
 
 def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> None:
@@ -64,27 +88,21 @@ def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> 
         assert {one.name for one in client.files(job["id"])} >= {"run/run.h5", "run/quick.csv", "job.log"}
 
 
-def test_jobs_are_steered_from_the_command_line(service: str, tmp_path: Path) -> None:
+def test_jobs_are_steered_from_the_command_line(say: Callable[..., Said], tmp_path: Path) -> None:
     protocol = tmp_path / "long.yaml"
     protocol.write_text(QUICK.replace("n: 1", "n: 4000").replace("name: quick\n", ""), encoding="utf-8")
-
-    def say(*words: object) -> str:
-        said = knitlab(*words, folder=tmp_path, KNITLAB_SERVER=service)
-        assert said.returncode == 0, said.stderr
-        return said.stdout.strip()
-
-    job = say("submit", protocol)
+    job = say("submit", protocol).out.strip()
     assert re.fullmatch(r"[A-Za-z0-9_-]+", job)
-    assert job in say("jobs")
-    shown = json.loads(say("jobs", "show", job, "--json"))
-    assert shown["name"] == "long"
+    assert job in say("jobs").out
+    assert job in [one["id"] for one in json.loads(say("jobs", "--json").out)]
+    assert json.loads(say("jobs", "show", job, "--json").out)["name"] == "long"
     # It pauses at its checkpoint, or at once if it has not begun.
-    assert say("jobs", "pause", job).split()[:2] in (["running", job], ["paused", job])
-    assert say("jobs", "resume", job).split()[1] == job
-    assert say("cancel", job).split()[0] in {"cancelled", "cancelling"}
-    watched = knitlab("watch", job, "--quiet", folder=tmp_path, KNITLAB_SERVER=service)
-    assert watched.returncode == 130
-    assert "cancelled" in watched.stdout
+    assert say("jobs", "pause", job).out.split()[:2] in (["running", job], ["paused", job])
+    assert say("jobs", "resume", job).out.split()[1] == job
+    assert say("cancel", job).out.split()[0] in {"cancelled", "cancelling"}
+    watched = say("watch", job, "--quiet", "--out", tmp_path / "out")
+    assert watched.code == 130
+    assert "cancelled" in watched.out
 
 
 def test_every_example_of_the_documentation_runs(service: str, tmp_path: Path) -> None:
@@ -127,20 +145,20 @@ def test_no_service(tmp_path: Path) -> None:
             client.jobs()
 
 
-def test_mistakes_are_one_line(service: str, tmp_path: Path) -> None:
+def test_mistakes_are_one_line(service: str, say: Callable[..., Said], tmp_path: Path) -> None:
     wrong = tmp_path / "p.yaml"
     wrong.write_text(QUICK.replace("biaxial-hook", "hook"), encoding="utf-8")
-    for words, said in (
-        (("submit", "p.yaml"), "p.yaml:3:6: rig"),
+    for words, part in (
+        (("submit", wrong), "p.yaml:3:6: rig"),
         (("watch", "nobody"), "job 'nobody': there is none"),
-        (("cancel", "../x"), ""),
-        (("serve", "--host", "192.0.2.1"), "host: found '192.0.2.1'"),
-        (("serve", "--port", service.rpartition(":")[2], "--data", "d"), "address already in use"),
+        (("cancel", "../x"), "no such route"),
+        (("serve", "--host", "192.0.2.1", "--data", tmp_path), "host: found '192.0.2.1'"),
+        (("serve", "--port", service.rpartition(":")[2], "--data", tmp_path), "address already in use"),
     ):
-        answer = knitlab(*words, folder=tmp_path, KNITLAB_SERVER=service)
-        assert answer.returncode == 2, (words, answer.stderr)
-        assert said in answer.stderr
-        assert len(answer.stderr.splitlines()) == 1, answer.stderr
+        said = say(*words)
+        assert said.code == 2, (words, said.err)
+        assert part in said.err
+        assert len(said.err.splitlines()) == 1, said.err
 
 
 def test_a_service_with_a_token(tmp_path: Path) -> None:

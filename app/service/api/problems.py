@@ -193,8 +193,10 @@ async def _on_http(request: Request, error: Exception) -> Response:
     """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
-    title = HTTPStatus(error.status_code).phrase
-    return problem_response(error.status_code, title, str(error.detail), request.url.path, headers=error.headers)
+    title, detail = HTTPStatus(error.status_code).phrase, str(error.detail)
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        detail = "path: found no such route, allowed those that /docs lists"
+    return problem_response(error.status_code, title, detail, request.url.path, headers=error.headers)
 
 
 async def _on_anything(request: Request, error: Exception) -> Response:
