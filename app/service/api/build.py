@@ -45,13 +45,13 @@ def create_app(context: Context) -> FastAPI:
     app.include_router(health.router)
     for part in (laboratory, jobs, sweeps, events, files, frames):
         app.include_router(part.router, dependencies=[Depends(admit)])
-    app.openapi = lambda: _openapi(app)  # type: ignore[method-assign]  # FastAPI's own way to extend it
+    app.openapi = lambda: _openapi(app, guarded=context.token is not None)  # type: ignore[method-assign]  # FastAPI's own way to extend it
     if CONSOLE.is_dir():
         app.mount("/", StaticFiles(directory=CONSOLE, html=True), name="console")
     return app
 
 
-def _openapi(app: FastAPI) -> dict[str, Any]:
+def _openapi(app: FastAPI, *, guarded: bool) -> dict[str, Any]:
     """Return the OpenAPI document, with the schema of protocols and of problems among its components."""
     if app.openapi_schema is None:
         made = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
@@ -62,6 +62,8 @@ def _openapi(app: FastAPI) -> dict[str, Any]:
         for path in made["paths"].values():
             for operation in path.values():
                 _describe_errors(operation)
+                if not guarded:
+                    operation.pop("security", None)
         for name in ("HTTPValidationError", "ValidationError"):
             schemas.pop(name, None)
         app.openapi_schema = made

@@ -111,7 +111,7 @@ def pointer_of(field: str) -> str:
 
 def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
     """Return the problem of a protocol: pointer always, line and column where the user wrote the text (`lined`)."""
-    detail = _one_line(f"{error.field}: found {error.found}, allowed {error.expected}")
+    detail = _one_line(f"{error.field or 'protocol'}: found {error.found}, allowed {error.expected}")
     place: dict[str, object] = {"detail": detail, "pointer": pointer_of(error.field)}
     if lined and isinstance(error, ProtocolError):
         place |= {"line": error.spot.line, "column": error.spot.column}

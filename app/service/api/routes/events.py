@@ -14,6 +14,16 @@ from app.service.api.streams import EventStream, Seen, job_events
 
 router = APIRouter(prefix="/v1/jobs/{job}", tags=["jobs"])
 
+# The form that OpenAPI 3.2 gives to a stream of events.
+_EVENT = {
+    "type": "object",
+    "required": ["event", "data", "id"],
+    "properties": {
+        "event": {"enum": ["rows", "progress", "state"]},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+        "id": {"type": "string"},
+    },
+}
 _EXAMPLE = """\
 event: rows
 data: {"first": 0, "rows": [{"row": 0, "time": 0.0, "strain": {"C": 0.0, "W": 0.0}, "force": {"C": 0.0, "W": 0.0}}]}
@@ -35,7 +45,7 @@ id: 1-running-500
     summary="Follow a job",
     response_class=StreamingResponse,
     responses={
-        200: {"content": {"text/event-stream": {"schema": {"type": "string"}, "example": _EXAMPLE}}},
+        200: {"content": {"text/event-stream": {"itemSchema": _EVENT, "example": _EXAMPLE}}},
         204: {"description": "The job has ended, and the client has seen all of it"},
         **problems(404, 422, 503),
     },
