@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from app.exit_codes import INTERRUPTED
 from app.terminal import AsJson, ProtocolPath, complain
 from rigs.steps import Axis  # noqa: TC001 (typer reads the annotations)
 
@@ -39,6 +40,8 @@ def sweep(
     for one in result.points:
         if one.outcome != "target":
             complain(f"{protocol}: {one.point.label}: {one.outcome}: {one.message}")
+    if any(one.outcome == "abort" for one in result.points):
+        raise typer.Exit(INTERRUPTED)
 
 
 def analyse(

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Final
 
+from app.carry_out import RECORD
 from app.figures import figures_of
 from app.report import NAMES, WAYS, curves_of, finish, stress_label
 from app.run_folder import write_whole
@@ -86,7 +87,7 @@ def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, 
     Returns
     -------
     SweepResult
-        Every point, those done before too.
+        Every point, those done before too; after an interrupt those that were begun.
 
     Raises
     ------
@@ -101,10 +102,17 @@ def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, 
     todo = [point for point, _ in swept if not done[point.label]]
     count = len(swept) - len(todo)
     progress(count / len(swept), f"{count} of {len(swept)} points done before")
-    for point in _run_all(path, out, todo, progress if jobs == 1 else _quiet, jobs):
+    for point, end in _run_all(path, out, todo, progress if jobs == 1 else _quiet, jobs):
+        if end == "abort":
+            # Who interrupts a point means the sweep.
+            break
         count += 1
         progress(count / len(swept), f"{point.label} done")
-    points = tuple(_result(point, out / point.label, skipped=done[point.label]) for point, _ in swept)
+    points = tuple(
+        _result(point, out / point.label, skipped=done[point.label])
+        for point, _ in swept
+        if (out / point.label / RECORD).exists()
+    )
     table = write_whole(out / "sweep.csv", [_table(points).encode()])
     return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"))
 
@@ -117,7 +125,7 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
     SpecificationError
         If it holds another test.
     """
-    record = folder / "run.h5"
+    record = folder / RECORD
     if not record.exists():
         return False
     run = RunReader(record)
@@ -128,26 +136,23 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
 
 def _run_all(
     path: Path, out: Path, todo: Sequence[Point], progress: Callable[[float, str], None], jobs: int
-) -> Iterator[Point]:
-    """Run points, and yield each as it is done."""
+) -> Iterator[tuple[Point, End]]:
+    """Run points, and yield each as it is done, with its end."""
     if jobs == 1:
         for point in todo:
-            _run_one(path, out / point.label, point, progress)
-            yield point
+            yield point, _run_one(path, out / point.label, point, progress)
         return
     with ProcessPoolExecutor(max_workers=jobs, mp_context=get_context("spawn")) as pool:
         running = {pool.submit(_run_one, path, out / point.label, point, _quiet): point for point in todo}
         for one in as_completed(running):
-            one.result()
-            yield running[one]
+            yield running[one], one.result()
 
 
-def _run_one(path: Path, folder: Path, point: Point, progress: Callable[[float, str], None]) -> None:
+def _run_one(path: Path, folder: Path, point: Point, progress: Callable[[float, str], None]) -> End:
     """Run one point into its folder, or go on with it where it was cut off."""
-    if (folder / "run.h5").exists():
-        resume_run(folder, progress)
-    else:
-        run_protocol(path, folder, progress, exact=True, chosen=point.values)
+    if (folder / RECORD).exists():
+        return resume_run(folder, progress).outcome
+    return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
 
 
 def _quiet(_share: float, _text: str) -> None:
@@ -156,7 +161,7 @@ def _quiet(_share: float, _text: str) -> None:
 
 def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
     """Return what a point came to, from its record."""
-    run = RunReader(folder / "run.h5")
+    run = RunReader(folder / RECORD)
     end, message = run.outcome.end, run.outcome.message
     return PointResult(
         point=point, folder=folder, outcome=end, message=message, figures=figures_of(run), skipped=skipped
@@ -168,10 +173,11 @@ def _table(points: Sequence[PointResult]) -> str:
     names = list(dict.fromkeys(f"{name} [{unit}]" for point in points for name, _, unit in point.figures))
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(["point", *points[0].point.values, "outcome", "message", *names])
+    values = list(points[0].point.values) if points else []
+    writer.writerow(["point", *values, "outcome", "message", *names])
     for one in points:
-        values = {f"{name} [{unit}]": value for name, value, unit in one.figures}
-        figures = [values.get(name, "") for name in names]
+        found = {f"{name} [{unit}]": value for name, value, unit in one.figures}
+        figures = [found.get(name, "") for name in names]
         writer.writerow([one.point.label, *one.point.values.values(), one.outcome, one.message, *figures])
     return text.getvalue()
 
@@ -181,7 +187,7 @@ def _plot(points: Sequence[PointResult], path: Path) -> Path:
     from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    runs = [(one, RunReader(one.folder / "run.h5")) for one in points]
+    runs = [(one, RunReader(one.folder / RECORD)) for one in points]
     runs = [(one, run) for one, run in runs if len(run.trace)]
     axes = tuple(dict.fromkeys(axis for _, run in runs for axis in run.trace.axes))
     figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")

@@ -42,7 +42,7 @@ def values_of(chosen: list[str] | None) -> dict[str, Data]:
     for word in chosen or ():
         name, sign, value = word.partition("=")
         if not (name and sign and value):
-            raise SpecificationError("--set", repr(word), "NAME=VALUE, such as pre=0.1")
+            raise SpecificationError("--set", word, "NAME=VALUE, such as pre=0.1")
         values[name] = scalar(value)
     return values
 

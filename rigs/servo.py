@@ -220,8 +220,8 @@ def crosshead(
         train = trains[axis]
         holds = train.beyond(travel[axis], force[axis])
         # A gripper that has not closed its gap stands where it was sent.
-        waits = train.gap > 0.0 and order.place is not None and order.leader is None
-        stands[axis] = min(holds, order.place) if waits and order.place is not None else holds
+        waits = train.gap > 0.0 and force[axis] <= FINEST_DIGIT * train.digit and order.leader is None
+        stands[axis] = order.place if waits and order.place is not None else holds
     return stands
 
 

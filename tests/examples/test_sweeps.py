@@ -1,0 +1,218 @@
+"""Run the swept examples small: pre-strain across an axis, then cycles along it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from app.checkpoint import CHECKPOINT
+from app.cli import main
+from app.run_reader import RunReader
+from app.schemas import load, load_sweep, loads
+from app.sweeps import SweepResult, run_sweep
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SMALL = {
+    "[6, 6]": "[2, 2]",
+    "friction: 0.3": "nodes_per_loop: 24\n  friction: 0.3",
+    "params:": "max_strain_increment: 4 %\nparams:",
+    "[0, 0.1, 0.2, 0.3, 0.4]": "[0, 0.4]",
+    "noise: on": "noise: off",
+}
+
+
+def small(name: str, folder: Path, **more: str) -> Path:
+    text = (EXAMPLES / "fig3d" / f"{name}.yaml").read_text(encoding="utf-8")
+    for old, new in {**SMALL, **more}.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / f"{name}.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick_pictures() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+        yield
+
+
+def silent(_share: float, _text: str) -> None:
+    """Show nothing."""
+
+
+def figures(result: SweepResult) -> list[dict[str, float]]:
+    return [{name: value for name, value, _ in one.figures} for one in result.points]
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SweepResult]:
+    folder = tmp_path_factory.mktemp("course")
+    path = small("fig3d_course", folder)
+    return path, run_sweep(path, folder / "out", silent)
+
+
+@pytest.mark.parametrize("which", ["course", pytest.param("wale", marks=pytest.mark.slow)])
+def test_a_prestrain_across_stiffens_what_is_cycled(which: str, tmp_path: Path, request: Any) -> None:  # noqa: ANN401
+    axis = {"course": "C", "wale": "W"}[which]
+    if which == "course":
+        _, result = request.getfixturevalue("course")
+    else:
+        result = run_sweep(small(f"fig3d_{which}", tmp_path), tmp_path / "out", silent)
+    assert [one.outcome for one in result.points] == ["target", "target"]
+    without, strained = figures(result)
+    for cycle in (1, 2):
+        peak = f"secant modulus to peak, {axis}, cycle {cycle}"
+        assert strained[peak] > 2.0 * without[peak] > 0.0
+    # Cycles count from their own step's start: the pre-strain is no part of them.
+    assert f"secant modulus to 0.4%, {axis}, cycle 1" in strained
+    assert not [name for name in strained if "cycle 3" in name]
+    assert strained[f"loop area, {axis}, cycle 1"] > 0.0
+
+
+def test_every_point_has_its_folder_and_all_have_one_table_and_plot(course: tuple[Path, SweepResult]) -> None:
+    _, result = course
+    assert [one.folder.name for one in result.points] == ["pre=0", "pre=0.4"]
+    with result.table.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["point"], row["pre"], row["outcome"]) for row in rows] == [
+        ("pre=0", "0", "target"),
+        ("pre=0.4", "0.4", "target"),
+    ]
+    name = "secant modulus to peak, C, cycle 1"
+    assert float(rows[1][f"{name} [Pa]"]) == pytest.approx(figures(result)[1][name])
+    assert result.plot.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_record_says_its_point_again(course: tuple[Path, SweepResult]) -> None:
+    path, result = course
+    run = RunReader(result.points[1].folder / "run.h5")
+    assert run.protocol.startswith("# fig3d_course.yaml with pre = 0.4\n")
+    assert loads(run.protocol).protocol == load(path, {"pre": 0.4}).protocol
+    assert [(step.place, step.tag, step.end) for step in run.steps] == [
+        ("steps[0].zero", None, "target"),
+        ("steps[1].ramp", "prestrain", "target"),
+        ("steps[2].hold", None, "target"),
+        ("steps[3].cycle", "orthogonal", "target"),
+    ]
+    assert run.steps[1].time == pytest.approx(0.4 * run.size.extents["W"] / 2e-4)
+    assert set(run.trace.columns["step"]) == {0.0, 1.0, 2.0, 3.0}
+
+
+def test_a_sweep_skips_what_is_done_and_refuses_what_is_another(course: tuple[Path, SweepResult]) -> None:
+    path, before = course
+    stamps = [(one.folder / "run.h5").stat().st_mtime_ns for one in before.points]
+    again = run_sweep(path, before.table.parent, silent)
+    assert [one.skipped for one in again.points] == [True, True]
+    assert [(one.folder / "run.h5").stat().st_mtime_ns for one in again.points] == stamps
+    other = path.with_name("other.yaml")
+    other.write_text(path.read_text(encoding="utf-8").replace("n: 2", "n: 1"), encoding="utf-8")
+    with pytest.raises(SpecificationError, match="found 'the run of another protocol'"):
+        run_sweep(other, before.table.parent, silent)
+
+
+@pytest.mark.slow
+def test_a_sweep_goes_on_with_what_was_cut_off(tmp_path: Path, course: tuple[Path, SweepResult]) -> None:
+    path = small("fig3d_course", tmp_path)
+    _, whole = course
+    rows = 0
+
+    def interrupt(share: float, _text: str) -> None:
+        nonlocal rows
+        rows += 0.0 < share < 0.9
+        if rows == 12:
+            rows += 1
+            raise KeyboardInterrupt
+
+    stopped = run_sweep(path, tmp_path / "out", interrupt)
+    assert [one.outcome for one in stopped.points] == ["abort"]
+    cut = tmp_path / "out" / "pre=0"
+    assert RunReader(cut / "run.h5").outcome.end == "abort"
+    assert (cut / CHECKPOINT).exists()
+    result = run_sweep(path, tmp_path / "out", silent)
+    assert [(one.outcome, one.skipped) for one in result.points] == [("target", False)] * 2
+    for one, other in zip(result.points, whole.points, strict=True):
+        made, wanted = (RunReader(point.folder / "run.h5").trace for point in (one, other))
+        assert made.columns["force_C"].tolist() == wanted.columns["force_C"].tolist()
+        assert made.phase == wanted.phase
+
+
+def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> tuple[int, str, str]:
+    monkeypatch.setattr(sys, "argv", ["knitlab", *map(str, words)])
+    with pytest.raises(SystemExit) as raised:
+        main()
+    captured = capsys.readouterr()
+    return int(raised.value.code or 0), captured.out, captured.err
+
+
+def test_the_command_line_sweeps_analyses_and_checks(
+    course: tuple[Path, SweepResult], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, result = course
+    out = result.table.parent
+    code, text, err = said(capsys, monkeypatch, "sweep", path, "--out", out, "--quiet", "--json")
+    assert (code, err) == (0, "")
+    assert [point["values"] for point in json.loads(text)["points"]] == [{"pre": 0}, {"pre": 0.4}]
+    code, text, _ = said(capsys, monkeypatch, "analyse", out / "pre=0.4", "--json")
+    data = json.loads(text)
+    assert (code, data["outcome"], len(data["steps"])) == (0, "target", 4)
+    names = {figure["name"] for figure in data["figures"]}
+    assert {"secant modulus to 0.4%, C, cycle 2", "loop area, C, cycle 1"} <= names
+    code, text, _ = said(capsys, monkeypatch, "check", path, "--json")
+    points = json.loads(text)["points"]
+    assert (code, list(points)) == (0, ["pre=0", "pre=0.4"])
+    assert points["pre=0.4"]["largest_strain"] > points["pre=0"]["largest_strain"]
+    code, text, _ = said(capsys, monkeypatch, "check", path, "--set", "pre=0.1", "--json")
+    assert code == 0
+    assert json.loads(text)["strokes"][1]["end_m"]["W"] == pytest.approx(0.1 * 2 * 8e-3 * 1.18, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("run",), "17:1: sweep: found a sweep of 2 points, allowed one test: run all with `knitlab sweep"),
+        (
+            ("run", "--set", "pro=1"),
+            "16:9: --set: found 'pro', allowed NAME=VALUE with a name under params: pre (did you",
+        ),
+        (("run", "--set", "pre"), "--set: found 'pre', allowed NAME=VALUE, such as pre=0.1"),
+        (("check", "--set", "pre=9"), "steps[1].ramp.to.strain: found 9.0, allowed a strain from -0.9 to 5"),
+        (("sweep", "--quiet", "--jobs", "0"), "--jobs: found 0, allowed a whole number from 1 to 64"),
+    ],
+)
+def test_what_cannot_be_swept_is_one_line(
+    words: tuple[str, ...],
+    says: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = small("fig3d_course", tmp_path)
+    code, _, err = said(capsys, monkeypatch, words[0], path, *words[1:])
+    assert code == 2
+    assert says in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_a_protocol_without_a_sweep_is_not_swept(tmp_path: Path) -> None:
+    with pytest.raises(SpecificationError, match="sweep: found nothing, allowed a sweep"):
+        run_sweep(EXAMPLES / "fig3a" / "fig3a.yaml", tmp_path, silent)
+
+
+def test_several_names_make_their_product(tmp_path: Path) -> None:
+    swept = "params: {pre: 0.2, top: 40 %}\nsweep: {pre: [0, 0.1], top: [10 %, 20 %, 30 %]}"
+    path = small("fig3d_course", tmp_path, **{"params: {pre: 0.2}\nsweep: {pre: [0, 0.4]}": swept})
+    path.write_text(path.read_text().replace("upper: 40 %", 'upper: "${top}"'))
+    labels = [point.label for point, _ in load_sweep(path)]
+    assert labels[:2] == ["pre=0,top=10_", "pre=0,top=20_"]
+    assert len(labels) == 6
