@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 
 from app.labels import ELASTIC, beyond_elastic, yarn_label
+from knitlab_core.knits import Filament
 from knitlab_core.materials import DEFAULT_FRICTION
 
 if TYPE_CHECKING:
@@ -241,11 +242,12 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     spec = protocol.specimen
     material = spec.substance
     knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
+    knit = "no knit: a straight filament" if isinstance(spec.knit, Filament) else knit
     assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
-    budget = "no estimate for a volumetric knit"
+    budget = "no estimate but for a planar knit"
     if facts.locking_strain is not None:
         budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
     for name, text in (

@@ -117,42 +117,51 @@ def _carry_out(bench: Bench, planner: Planner) -> Generator[Event, None, Outcome
 
 def _do_step(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, None, Ending | None]:
     """Do one step, or what is left of it; return how it ended if not at its target."""
-    if leaf.number > bench.cursor.leaf or bench.cursor.sight is None:
+    begins = leaf.number > bench.cursor.leaf or bench.cursor.sight is None
+    if begins:
         bench.remember(bench.controller.start_step(bench.memory, bench.time))
         bench.cursor = replace(bench.cursor, leaf=leaf.number, stroke=0, sight=None)
     record = StepRecord(
         number=leaf.number, place=leaf.place, tag=leaf.tag, start=bench.memory.since, time=bench.time, end="abort"
     )
-    yield record
-    ending = None
+    if begins:
+        yield record
     if isinstance(leaf.step, Image):
         yield from _picture(bench, leaf.step)
-    for index in range(bench.cursor.stroke, leaf.strokes):
-        if index > bench.cursor.stroke:
-            bench.cursor = replace(bench.cursor, stroke=index, sight=None)
-        sight = bench.cursor.sight or Sight(displacement=bench.crosshead, force=bench.memory.shown)
-        stroke = planner.stroke(leaf, index, bench.memory.course, sight)
-        if stroke is None:
-            continue
-        watch = Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges)
-        over = None if bench.cursor.sight is None else watch.met(bench.controller, bench.memory, bench.crosshead)
-        if bench.cursor.sight is None:
-            bench.begin(sight)
-        if over is None:
-            ending = yield from _do(bench, stroke, watch)
-        else:
-            # The row that the test goes on from was the step's last.
-            ending = over
-            yield bench.frame()
-        after = bench.memory.course.after(stroke, Sight(displacement=bench.crosshead, force=bench.memory.shown))
-        bench.remember(replace(bench.memory, course=after))
-        if ending is not None:
-            break
+    ending = yield from _do_strokes(bench, planner, leaf)
     if ending is None and isinstance(leaf.step, UntilRupture):
         ending = Ending(end="limit", message="no rupture on the way")
     done = Ending(end="target", message="") if ending is None else ending
     yield replace(record, time=bench.time, end=done.end, message=done.message)
     return ending
+
+
+def _do_strokes(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, None, Ending | None]:
+    """Do the strokes of a step that are left; return what ended it, if anything did."""
+    for index in range(bench.cursor.stroke, leaf.strokes):
+        if index > bench.cursor.stroke:
+            bench.cursor = replace(bench.cursor, stroke=index, sight=None)
+        under_way = bench.cursor.sight
+        sight = under_way or Sight(displacement=bench.crosshead, force=bench.memory.shown)
+        stroke = planner.stroke(leaf, index, bench.memory.course, sight)
+        if stroke is None:
+            continue
+        watch = Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges)
+        ending = None
+        if under_way is None:
+            bench.begin(sight)
+        else:
+            ending = watch.met(bench.controller, bench.memory, bench.crosshead)
+        if ending is None:
+            ending = yield from _do(bench, stroke, watch)
+        else:
+            # The row that the test goes on from was the step's last.
+            yield bench.frame()
+        after = bench.memory.course.after(stroke, Sight(displacement=bench.crosshead, force=bench.memory.shown))
+        bench.remember(replace(bench.memory, course=after))
+        if ending is not None:
+            return ending
+    return None
 
 
 def _picture(bench: Bench, step: Image) -> Iterator[Event]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from knitlab_core.knits import plate_nodes
+from knitlab_core.knits import Filament, plate_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,6 +35,9 @@ SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
 
 COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1, "P": 2}
 """Coordinate that an axis drives: the course is x, the wale y, the pile z."""
+
+CLAMPED: Final[Held] = (True, True, True, True)
+"""What a clamp holds of the end of a filament: hooks would let it swing."""
 
 _SIDES: Final[tuple[Side, Side]] = (-1, 1)
 
@@ -94,7 +97,7 @@ def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
             axis=axis,
             side=side,
             nodes=nodes,
-            held=drive.held,
+            held=CLAMPED if isinstance(specimen.stitch, Filament) else drive.held,
             pole=pole,
             anchored=middle if drive.anchored and side < 0 else nobody,
             travel=drive.travel[number],

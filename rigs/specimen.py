@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from knitlab_core.knits import (
     NAMED_STITCHES,
     NAMED_VOLUMETRIC_STITCHES,
+    Filament,
     Specimen,
     Stitch,
     VolumetricStitch,
     Yarn,
+    filament_specimen,
     planar_specimen,
     plate_nodes,
     volumetric_specimen,
@@ -44,8 +46,9 @@ class SpecimenSpec:
 
     Parameters
     ----------
-    knit : str, Stitch or VolumetricStitch
-        A named set of stitch values, or the values themselves [loop widths].
+    knit : str, Stitch, VolumetricStitch or Filament
+        A named set of stitch values, or the values themselves [loop widths]; or no knit but a straight filament, whose
+        length is the loop width.
     rows, loops : int
         Rows, and loops (of a volumetric knit: stitches of two loops) in a row [1].
     layers : int
@@ -70,7 +73,7 @@ class SpecimenSpec:
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     """
 
-    knit: str | Stitch | VolumetricStitch
+    knit: str | Stitch | VolumetricStitch | Filament
     rows: int
     loops: int
     loop_width: float
@@ -90,8 +93,12 @@ class SpecimenSpec:
             require(self.knit in NAMED_KNITS, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
         for name, count in (("rows", self.rows), ("loops", self.loops), ("layers", self.layers)):
             require(1 <= count <= 200, name, count, "a whole number from 1 to 200")
-        planar = isinstance(self.stitch, Stitch)
-        require(self.layers == 1 or not planar, "layers", self.layers, "1: a planar knit has one layer")
+        volumetric = isinstance(self.stitch, VolumetricStitch)
+        require(self.layers == 1 or volumetric, "layers", self.layers, "1: a planar knit has one layer")
+        if isinstance(self.stitch, Filament):
+            require(self.rows == self.loops == 1, "loops", [self.rows, self.loops], "[1, 1]: a filament is no knit")
+            plain = self.yarn is None and self.fused is None
+            require(plain, "yarn", "a yarn of fibres, or fused points", "neither in a filament")
         count = self.rows * self.loops * self.layers
         require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
         width = self.loop_width
@@ -109,7 +116,7 @@ class SpecimenSpec:
         )
 
     @property
-    def stitch(self) -> Stitch | VolumetricStitch:
+    def stitch(self) -> Stitch | VolumetricStitch | Filament:
         """Return the stitch, by name or by value."""
         return NAMED_KNITS[self.knit] if isinstance(self.knit, str) else self.knit
 
@@ -127,6 +134,8 @@ class SpecimenSpec:
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which the knit has faces with boundary sites."""
+        if isinstance(self.stitch, Filament):
+            return ("C",)
         return ("C", "W") if isinstance(self.stitch, Stitch) else ("C", "W", "P")
 
 
@@ -142,6 +151,8 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     stitch = spec.stitch
     if isinstance(stitch, Stitch):
         return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn)
+    if isinstance(stitch, Filament):
+        return filament_specimen(stitch, length=width, nodes=nodes)
     return volumetric_specimen(
         stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn
     )
@@ -170,6 +181,12 @@ def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axi
 def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
     lengths = gauge_lengths(specimen, plated)
+    if isinstance(specimen.stitch, Filament):
+        # Its section is round: two sides of a square stand for it.
+        side = specimen.stitch.side * specimen.loop_width
+        return SpecimenSize(
+            extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"
+        )
     return SpecimenSize(
         extents={"P": thickness, **lengths},
         fibre_radius=specimen.radius,

@@ -7,11 +7,11 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from app.schemas.locate import at
-from app.schemas.specimen import StitchModel
+from app.schemas.specimen import FilamentModel, StitchModel
 from app.units import write
 from knitlab_core.contact.bonds import BondLaw
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Stitch, VolumetricStitch, Yarn, same_area
+from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area
 from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named
 from rigs.specimen import NAMED_KNITS, SpecimenSpec
 
@@ -73,7 +73,9 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
 def written(spec: SpecimenSpec, hook: str) -> dict[str, Any]:
     """Return a specimen as the data of a file."""
     knit: object = spec.knit
-    if isinstance(spec.knit, Stitch | VolumetricStitch):
+    if isinstance(spec.knit, Filament):
+        knit = {"filament": 2.0 * spec.knit.fibre_radius}
+    elif not isinstance(spec.knit, str):
         knit = {field.name: getattr(spec.knit, field.name) for field in fields(spec.knit)}
     return {
         "knit": knit,
@@ -92,9 +94,12 @@ def written(spec: SpecimenSpec, hook: str) -> dict[str, Any]:
 
 
 def _stitch(
-    model: StitchModel | VolumetricStitchModel, loop_width: float, document: Document
-) -> Stitch | VolumetricStitch:
-    """Return a stitch in loop widths."""
+    model: StitchModel | VolumetricStitchModel | FilamentModel, loop_width: float, document: Document
+) -> Stitch | VolumetricStitch | Filament:
+    """Return a stitch in loop widths, or a filament in its lengths."""
+    if isinstance(model, FilamentModel):
+        with at(document, ("specimen", "knit")):
+            return Filament(fibre_radius=0.5 * _in_loop_widths(model.filament, loop_width))
     kind = Stitch if isinstance(model, StitchModel) else VolumetricStitch
     given = {name: getattr(model, name) for name in type(model).model_fields}
     with at(document, ("specimen", "knit")):

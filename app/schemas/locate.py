@@ -11,7 +11,7 @@ from app.schemas.base import BRANCH
 from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
 from app.schemas.models import MODELS, NOT_YET, ProtocolModel
-from app.schemas.specimen import VOLUMETRIC, VolumetricStitchModel
+from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
 from app.schemas.steps import STEPS
 from knitlab_core.errors import SpecificationError
 
@@ -88,6 +88,8 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     models: Mapping[str, type[Model]] = MODELS
     if VOLUMETRIC in details["loc"]:
         models = {**MODELS, "knit": VolumetricStitchModel}
+    if FILAMENT in details["loc"]:
+        models = {**MODELS, "knit": FilamentModel}
     path, field = document.path, dotted(place) or "protocol"
     if kind == "extra_forbidden":
         known = list(_fields(place[:-1], models))

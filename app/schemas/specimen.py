@@ -45,6 +45,13 @@ class VolumetricStitchModel(Model):
     fibre_radius: StitchValue = _STITCH
 
 
+class FilamentModel(Model):
+    """Take a straight filament in the place of a knit."""
+
+    filament: StitchValue = Field(description="the diameter of a straight filament as long as `loop`, such as 1 mm")
+
+
+FILAMENT: Final = f"{BRANCH}filament"
 VOLUMETRIC: Final = f"{BRANCH}volumetric"
 
 
@@ -52,6 +59,8 @@ def _knit_branch(value: object) -> str:
     """Tell a name, the values of a stitch and those of a volumetric one apart."""
     if not isinstance(value, dict):
         return f"{BRANCH}name"
+    if "filament" in value:
+        return FILAMENT
     only_there = set(VolumetricStitchModel.model_fields) - set(StitchModel.model_fields)
     return VOLUMETRIC if only_there & set(value) else f"{BRANCH}values"
 
@@ -86,7 +95,8 @@ class SpecimenModel(Model):
     knit: Annotated[
         Annotated[str, Tag(f"{BRANCH}name")]
         | Annotated[StitchModel, Tag(f"{BRANCH}values")]
-        | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)],
+        | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)]
+        | Annotated[FilamentModel, Tag(FILAMENT)],
         Discriminator(_knit_branch),
     ] = Field(description="the name of a knit, such as stockinette-default, or a mapping of stitch values")
     loops: list[int] = Field(

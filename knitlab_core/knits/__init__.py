@@ -14,6 +14,7 @@ fibre_clearance  ... refused where they overlap
 linking     how often closed curves wind around each other
 clasp       ... whether loops hold each other
 mesh        where the nodes are
+filament    no knit: a straight fibre to prove a rig with
 specimen    nodes in metres, checked
 plates      which of them a load plate is printed around
 """
@@ -25,9 +26,10 @@ from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
 from knitlab_core.knits.fibre_clearance import FibreClearance, check_fibres
 from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
+from knitlab_core.knits.filament import Filament
 from knitlab_core.knits.linking import linking_number
 from knitlab_core.knits.plates import Plates, plate_nodes
-from knitlab_core.knits.specimen import Specimen, planar_specimen, volumetric_specimen
+from knitlab_core.knits.specimen import Specimen, filament_specimen, planar_specimen, volumetric_specimen
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
 from knitlab_core.knits.stockinette import stockinette
 from knitlab_core.knits.volumetric import volumetric
@@ -39,6 +41,7 @@ __all__ = [
     "Approach",
     "Centreline",
     "FibreClearance",
+    "Filament",
     "Plates",
     "Site",
     "SiteSet",
@@ -51,6 +54,7 @@ __all__ = [
     "clasp_numbers",
     "closest_approach",
     "fibre_strands",
+    "filament_specimen",
     "linking_number",
     "locking_strain",
     "neighbour_gap",

@@ -85,6 +85,8 @@ def clasp_numbers(specimen: Specimen, nodes: FloatArray) -> IntArray:
     if isinstance(specimen.stitch, VolumetricStitch):
         both = (wale_clasps(specimen, specimen.stitch, nodes), pile_clasps(specimen, specimen.stitch, nodes))
         return np.concatenate([numbers.reshape(-1, 2) for numbers in both])
+    if not isinstance(specimen.stitch, Stitch):
+        return np.zeros((0, 2), dtype=np.int64)
     numbers = np.zeros((specimen.rows - 1, specimen.loops, 2), dtype=np.int64)
     for row, loop, side in np.ndindex(numbers.shape):
         head_span, *sinker_spans = _spans(specimen.stitch, loop, specimen.loops)

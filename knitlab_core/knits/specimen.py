@@ -14,6 +14,7 @@ from knitlab_core.knits.clasp import stitch_clasp
 from knitlab_core.knits.clearance import check_clearance, check_volumetric_clearance
 from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn, check_turn, fibre_sites, fibre_strands
+from knitlab_core.knits.filament import filament_line
 from knitlab_core.knits.mesh import control_points, yarn_mesh
 from knitlab_core.knits.stitch import is_positive
 from knitlab_core.knits.stockinette import check_count, knit_middle, stockinette
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.knits.centreline import Centreline, SiteSet
+    from knitlab_core.knits.filament import Filament
     from knitlab_core.knits.mesh import Mesh
     from knitlab_core.knits.stitch import FloatArray, IntArray, Stitch
     from knitlab_core.knits.volumetric_stitch import VolumetricStitch
@@ -50,8 +52,8 @@ class Specimen:
         The stitch's unit of length [m].
     rows, loops, layers : int
         Counts along wale, course and pile; one layer is planar unless its stitch is volumetric.
-    stitch : Stitch or VolumetricStitch
-        The loop, or the stitch of two loops.
+    stitch : Stitch, VolumetricStitch or Filament
+        The loop, the stitch of two loops, or what is no knit.
     centreline : Centreline
         The smooth yarn [loop widths], not centred.
     yarn_length : float
@@ -72,7 +74,7 @@ class Specimen:
     rows: int
     loops: int
     layers: int
-    stitch: Stitch | VolumetricStitch
+    stitch: Stitch | VolumetricStitch | Filament
     centreline: Centreline
     yarn_length: float
     clearance: float
@@ -206,8 +208,43 @@ def volumetric_specimen(
     )
 
 
+def filament_specimen(filament: Filament, *, length: float, nodes: int = 48) -> Specimen:
+    """Lay a straight filament along the course, clear of anything by its own length.
+
+    Parameters
+    ----------
+    filament : Filament
+        Its radius.
+    length : float
+        Its length [m].
+    nodes : int
+        Edges that it is divided into, 8 to 1000.
+
+    Returns
+    -------
+    Specimen
+
+    Raises
+    ------
+    SpecificationError
+        If a value is out of its bounds.
+    """
+    _check_size(length, nodes)
+    line = filament_line()
+    return _cut(
+        filament,
+        line,
+        yarn_mesh(line, 1.0 / nodes),
+        None,
+        counts=(1, 1, 1),
+        middle=np.array([0.5, 0.0, 0.0]),
+        gap=1.0,
+        loop_width=length,
+    )
+
+
 def _cut(
-    stitch: Stitch | VolumetricStitch,
+    stitch: Stitch | VolumetricStitch | Filament,
     centreline: Centreline,
     mesh: Mesh,
     yarn: Yarn | None,
