@@ -36,8 +36,9 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
     from rigs.experiment import Event
-    from rigs.record import End, Equilibrium, Outcome, StepRecord
+    from rigs.record import End, Equilibrium, Outcome
     from rigs.rig import Rig
+    from rigs.step_record import StepRecord
     from rigs.steps import Axis
 
     Progress = Callable[[float, str], None]

@@ -92,8 +92,9 @@ def check(protocol: ProtocolPath, *, chosen: Chosen = None, as_json: AsJson = Fa
     Of a sweep all points. Warnings (a limit passed, yarn used up) go to stderr and leave the exit code at 0.
     """
     from app.check import dry_run  # noqa: PLC0415
+    from app.plan_tables import plan_data, print_plan, print_points  # noqa: PLC0415
     from app.schemas import load, load_sweep  # noqa: PLC0415
-    from app.tables import plan_data, print_json, print_plan, print_points  # noqa: PLC0415
+    from app.tables import print_json  # noqa: PLC0415
 
     loaded = load(protocol, values_of(chosen))
     if loaded.points:

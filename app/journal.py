@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.checkpoint import Checkpoint
 from rigs.instruments import Zeroing
-from rigs.record import Equilibrium, Frame, Outcome, StepRecord
+from rigs.record import Equilibrium, Frame, Outcome
+from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

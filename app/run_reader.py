@@ -13,7 +13,8 @@ from app.run_layout import LAYOUT, PLATES, RUNNING
 from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
 from rigs.instruments import Samples
-from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, StepRecord, Trace
+from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
+from rigs.step_record import StepRecord
 from rigs.steps import AXES
 
 if TYPE_CHECKING:

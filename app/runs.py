@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rigs.instruments import Samples
-    from rigs.record import Equilibrium, Frame, Outcome, StepRecord
+    from rigs.record import Equilibrium, Frame, Outcome
+    from rigs.step_record import StepRecord
 
 #: The same in the frames.
 NO_TAG = NO_IMAGE

@@ -19,9 +19,10 @@ from rigs.endings import Ending, Watch
 from rigs.instruments import Zeroing
 from rigs.leaves import leaves
 from rigs.motion import Planner, Sight, Stroke
-from rigs.record import Equilibrium, Frame, Outcome, StepRecord
+from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import place_of
 from rigs.steer import steer
+from rigs.step_record import StepRecord
 from rigs.steps import Image, UntilRupture
 
 if TYPE_CHECKING:

@@ -181,35 +181,6 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepRecord:
-    """Say how a step of the protocol ended; while it is under way, as if it were aborted there.
-
-    Attributes
-    ----------
-    number : int
-        Its turn in the test, from 0; rows name it as their `step`.
-    place : str
-        Where the protocol says it, ``steps[2].cycle``.
-    tag : str or None
-        Its label.
-    start, time : float
-        When it began and ended, on the rig's clock [s].
-    end : End
-        ``limit`` also where `until` ended it, ``timeout`` where its time did, ``rupture`` where the force dropped.
-    message : str
-        One line for the user; empty when there is nothing to add.
-    """
-
-    number: int
-    place: str
-    tag: str | None
-    start: float
-    time: float
-    end: End
-    message: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
     """Say how the run ended; a limit or a rupture is a result, not an error.
 

@@ -24,9 +24,10 @@ from rigs.protocol import (
     UntilRupture,
     Zero,
 )
-from rigs.record import Equilibrium, Frame, Outcome, StepRecord
+from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import mount
 from rigs.specimen import make_specimen
+from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable

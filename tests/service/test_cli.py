@@ -17,7 +17,7 @@ from tests.synthetic_run import make_run
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.record import StepRecord
+    from rigs.step_record import StepRecord
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MAIN_JOB = EXAMPLES / "biaxial_cycle.yaml"

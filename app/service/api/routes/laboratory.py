@@ -11,6 +11,7 @@ from fastapi.responses import Response
 
 from app.check import build_specimen, describe, dry_run
 from app.pictures import specimen_picture
+from app.plan_tables import plan_data
 from app.rig_data import read_machine
 from app.schemas.material_files import known_materials
 from app.service.api.bodies import Submission, read_raw, submission
@@ -19,7 +20,7 @@ from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
 from app.service.api.problems import ProblemError
-from app.tables import materials_data, plan_data, specimen_data
+from app.tables import materials_data, specimen_data
 from rigs.catalogue import CATALOGUE, MachineName
 from rigs.logs.catalogue import LOGS
 
