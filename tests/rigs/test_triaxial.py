@@ -196,11 +196,11 @@ def test_forces_on_either_side_of_every_axis_balance(apart: tuple[Rig, State, St
 def test_poles_of_the_stage_follow_the_pile_without_a_force(apart: tuple[Rig, State, State]) -> None:
     rig, before, after = apart
     for axis in ("C", "W"):
-        for grip in rig.grips[axis]:  # type: ignore[index]
+        for grip in rig.grips[axis]:
             height = [np.ptp(state.q[grip.nodes, 2]) for state in (before, after)]
             assert height[1] > 1.02 * height[0]
             felt = after.reaction[grip.nodes]
-            assert np.all(felt[:, [k for k in range(4) if k != COORDINATE[axis]]] == 0.0)  # type: ignore[index]
+            assert np.all(felt[:, [k for k in range(4) if k != COORDINATE[axis]]] == 0.0)
             assert np.abs(felt).max() > 0.0
     assert read(rig, after).lateral == 0.0
 
