@@ -16,6 +16,7 @@ clasp       ... whether loops hold each other
 mesh        where the nodes are
 specimen    nodes in metres, checked
 plates      which of them a load plate is printed around
+wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
@@ -32,6 +33,7 @@ from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, ne
 from knitlab_core.knits.stockinette import stockinette
 from knitlab_core.knits.volumetric import volumetric
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
+from knitlab_core.knits.wires import LoopWires, wires_through
 
 __all__ = [
     "NAMED_STITCHES",
@@ -39,6 +41,7 @@ __all__ = [
     "Approach",
     "Centreline",
     "FibreClearance",
+    "LoopWires",
     "Plates",
     "Site",
     "SiteSet",
@@ -60,5 +63,6 @@ __all__ = [
     "stockinette",
     "volumetric",
     "volumetric_specimen",
+    "wires_through",
     "yarn_per_loop",
 ]
