@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame, Outcome
-from rigs.rig import axial_strain, most_strained, place_of, read
+from rigs.rig import axial_strain, most_strained, place_of, read, wire_ends
 from rigs.way import Way, follow
 
 if TYPE_CHECKING:
@@ -143,8 +143,9 @@ class Bench:
         """Return the shape of the knit as it is now."""
         return Frame(
             time=self.time,
-            nodes=self.state.q[:, :3] * self.rig.work.model.scales.length,
+            nodes=self.state.q[: len(self.rig.specimen.nodes), :3] * self.rig.work.model.scales.length,
             axial_strain=axial_strain(self.rig, self.state),
+            wires=wire_ends(self.rig, self.state),
             strain={axis: self.displacement[axis] / length for axis, length in self.rig.gauges.items()},
             cycle=1 if self.last is None else self.last.cycle,
             phase="Zero" if self.last is None else self.last.phase,

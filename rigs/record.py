@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
@@ -122,12 +122,12 @@ class Equilibrium:
     def numbers(self) -> dict[str, float]:
         """Return the numbers under the names of their columns, ``force_C`` for that of the course."""
         flat: dict[str, float] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for one in fields(self):
+            value = getattr(self, one.name)
             if isinstance(value, Mapping):
-                flat |= {f"{field.name}_{axis}": part for axis, part in value.items()}
-            elif field.name not in {"phase", "tag"}:
-                flat[field.name] = value
+                flat |= {f"{one.name}_{axis}": part for axis, part in value.items()}
+            elif one.name not in {"phase", "tag"}:
+                flat[one.name] = value
         return flat
 
 
@@ -143,6 +143,8 @@ class Frame:
         Node positions [m].
     axial_strain : FloatArray, shape (E,)
         Axial strain of every edge, strand by strand [1]; nan where the fibre is broken.
+    wires : FloatArray, shape (W, 2, 3)
+        Both ends of every wire that the knit hangs on [m].
     strain : Mapping
         Effective strain of the specimen along each driven axis [1].
     cycle : int
@@ -157,6 +159,7 @@ class Frame:
     strain: Mapping[Axis, float]
     cycle: int
     phase: Phase
+    wires: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

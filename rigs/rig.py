@@ -9,6 +9,7 @@ import numpy as np
 
 from knitlab_core.equilibrium.knitting_in import knit_in
 from knitlab_core.equilibrium.model import DECIMALS, make_model
+from knitlab_core.equilibrium.poles import pole_forces
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
@@ -19,9 +20,10 @@ from rigs.catalogue import arranged
 from rigs.fixtures import largest_lateral, place, prescribe, pull, sliding_pins
 from rigs.machine import instrument_of
 from rigs.specimen import size_of
+from rigs.wires import hang_on_wires, sliding_hooks
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from knitlab_core.equilibrium.model import Model, State
     from knitlab_core.equilibrium.newton import Options
@@ -51,7 +53,7 @@ class Rig:
     work : Workspace
         The solver's model of the specimen and its buffers.
     mounted : FloatArray, shape (N, 4)
-        The unknowns when the specimen was mounted [r], [rad].
+        The unknowns when the specimen was mounted, those of wires after the yarn's [r], [rad].
     instruments : tuple of Instrument
         Load cells and encoders, one instrument a machine, each on its own clock.
     breaks_at : float or None
@@ -128,17 +130,25 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
     Raises
     ------
     SpecificationError
-        If a machine's numbers ask for what pins on rigid carriages cannot do.
+        If a machine's numbers ask for what rigid carriages cannot do.
+    GeometryError
+        If a wire has no room in its loop.
     ConvergenceError
         If a yarn that is straight at rest finds no balance in its knit.
     """
     for numbers in data.values():
-        _require_zero("pole.friction", numbers.pole.friction)
         _require_zero("carriage.compliance", numbers.carriage.compliance)
     spec = protocol.specimen
-    model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
     grips = {axis: sliding_pins(specimen, axis, drive) for axis, drive in drives.items()}
+    wires: tuple[FloatArray, ...] = ()
+    if protocol.hook == "wire":
+        wires, grips = hang_on_wires(specimen, grips)
+    rubs = {axis: data[drive.machine].pole.friction.value for axis, drive in drives.items()}
+    if protocol.pole_friction is not None:
+        rubs = dict.fromkeys(rubs, protocol.pole_friction)
+    model, state = _model_of(specimen, spec, wires)
+    model = replace(model, hooks=sliding_hooks(grips, rubs, state.q))
     for pair in grips.values():
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
@@ -157,8 +167,8 @@ def mount(specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, Mac
     return rig, state
 
 
-def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
-    """Make the solver's model of a specimen of a material, and its state as printed."""
+def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
+    """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
     material, yarn = spec.substance, specimen.yarn
     model, state = make_model(
         specimen.strands,
@@ -169,6 +179,7 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
         section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
         straight=spec.rest_shape == "straight",
         bonds=spec.fused,
+        wires=wires,
     )
     return replace(model, relaxation=Relaxation.of(material) if spec.viscoelastic else None), state
 
@@ -185,6 +196,9 @@ def read(rig: Rig, state: State) -> Reading:
     unit = rig.work.model.scales.force
     pulls = {axis: [unit * pull(grip, state.reaction) for grip in pair] for axis, pair in rig.grips.items()}
     laterals = [largest_lateral(grip, state.reaction) for pair in rig.grips.values() for grip in pair]
+    model = rig.work.model
+    if model.hooks is not None:
+        laterals += list(np.abs(pole_forces(model.hooks, state.poles, model.law.slip)))
     return Reading(
         force={
             axis: sum(grip.cell * felt for grip, felt in zip(rig.grips[axis], pair, strict=True))
@@ -197,11 +211,22 @@ def read(rig: Rig, state: State) -> Reading:
 
 def axial_strain(rig: Rig, state: State) -> FloatArray:
     """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
-    rods = rig.work.model.rods
-    edges: FloatArray = np.linalg.norm(np.diff(state.q[:, :3], axis=0), axis=1)
-    edges = np.where(rods.has_edge[:-1], edges, np.nan)
+    rods, yarn = rig.work.model.rods, len(rig.specimen.nodes)
+    edges: FloatArray = np.linalg.norm(np.diff(state.q[:yarn, :3], axis=0), axis=1)
+    edges = np.where(rods.has_edge[: yarn - 1], edges, np.nan)
     made = edges_of(rig.strands)[:-1]
-    return edges[made] / rods.rest_length[:-1][made] - 1.0
+    return edges[made] / rods.rest_length[: yarn - 1][made] - 1.0
+
+
+def wire_ends(rig: Rig, state: State) -> FloatArray:
+    """Return both ends of every wire, shape (W, 2, 3) [m]."""
+    model, yarn = rig.work.model, len(rig.specimen.nodes)
+    # A strand begins behind a node that no edge leaves.
+    ends = np.column_stack(
+        [np.flatnonzero(~model.rods.has_edge[yarn - 1 : -1]), np.flatnonzero(~model.rods.has_edge[yarn:])]
+    )
+    at: FloatArray = state.q[yarn:][ends, :3] * model.scales.length
+    return at
 
 
 def most_strained(rig: Rig, state: State) -> Spot:
@@ -232,12 +257,14 @@ def without_edge(rig: Rig, state: State, edge: int, options: Options | None = No
 def place_of(rig: Rig, node: int) -> str:
     """Name the place of a node of the yarn in the words of a knitter."""
     specimen = rig.specimen
+    if node >= len(specimen.nodes):
+        return "a wire"
     fibre, along = divmod(node, len(specimen.arc_lengths))
     place = specimen.centreline.place(float(specimen.arc_lengths[along]) / specimen.loop_width)
     return place if len(rig.strands) == 1 else f"fibre {fibre + 1} at {place}"
 
 
 def _require_zero(name: str, datum: Datum) -> None:
-    """Raise unless a number of a machine is zero: what it stands for is not modelled with pins."""
+    """Raise unless a number of a machine is zero: what it stands for is not modelled."""
     if datum.value != 0.0:
-        raise SpecificationError(f"rig.{name}", f"{datum.value:g} {datum.unit}", "0 with hooks as pins")
+        raise SpecificationError(f"rig.{name}", f"{datum.value:g} {datum.unit}", "0: carriages are rigid")

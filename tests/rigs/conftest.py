@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
+    from rigs.fixtures import Hook
     from rigs.machine import MachineData
     from rigs.rig import Rig
     from rigs.steps import Axis
@@ -41,6 +42,8 @@ def mount_knit() -> Callable[..., Mounted]:
         data: MachineData | None = None,
         mount_along: Axis | None = None,
         layers: int | None = None,
+        hook: Hook = "pin",
+        pole_friction: float | None = None,
     ) -> Mounted:
         spec = SpecimenSpec(
             knit="stockinette-default" if layers is None else "volumetric-default",
@@ -59,6 +62,8 @@ def mount_knit() -> Callable[..., Mounted]:
             mount=mount_along,
             others="hold" if mount_along is None else "free",
             steps=steps,
+            hook=hook,
+            pole_friction=pole_friction,
             log=LogSpec(noise=False),
             max_strain_increment=increment,
         )
