@@ -11,6 +11,7 @@ from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.catalogue import CATALOGUE, arranged
 from rigs.motion import Stroke, planned_duration, planned_rows, planned_strokes
 from rigs.specimen import gauge_lengths, make_specimen
+from rigs.wires import require_room
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -84,12 +85,15 @@ def build_specimen(loaded: Loaded) -> Specimen:
     Raises
     ------
     ProtocolError
-        If it cannot exist (strands overlap), with the place of the knit in the file.
+        If it cannot exist (strands overlap), or has no room for its wires, with the place of the knit in the file.
     """
     try:
-        return make_specimen(loaded.protocol.specimen)
+        specimen = make_specimen(loaded.protocol.specimen)
+        if loaded.protocol.hook == "wire":
+            require_room(specimen, loaded.protocol.axes)
     except SpecificationError as error:
         raise loaded.locate(error) from error
+    return specimen
 
 
 def describe(specimen: Specimen) -> SpecimenFacts:

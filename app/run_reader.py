@@ -88,6 +88,7 @@ class RunReader:
                 time=float(columns["time"][k]),
                 nodes=columns["nodes"][k],
                 axial_strain=columns["axial_strain"][k],
+                wires=columns["wires"][k],
                 strain={axis: float(columns[f"strain_{axis}"][k]) for axis in AXES if f"strain_{axis}" in columns},
                 cycle=int(columns["cycle"][k]),
                 phase=PHASES[columns["phase"][k]],

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Rises whenever a reader of the last layout would not find what it looks for.
-LAYOUT = 3
+LAYOUT = 4
 RUNNING = "running"
 NO_TAG = -1
 _TEXT = h5py.string_dtype("utf-8", length=64)
@@ -133,6 +133,11 @@ class RunWriter:
         ):
             made = table.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(1, *tail), dtype="f8")
             made.attrs["units"] = unit
+        # How many wires there are, the first frame says.
+        ends = table.create_dataset(
+            "wires", shape=(0, 0, 2, 3), maxshape=(None, None, 2, 3), chunks=(1, 16, 2, 3), dtype="f8"
+        )
+        ends.attrs["units"] = "m"
 
     def _make_channels(self, instrument: Instrument) -> None:
         table = self._file["channels"].create_group(instrument.name)
@@ -173,6 +178,8 @@ class RunWriter:
         table = self._file["frames"]
         for name in ("time", "cycle", "nodes", "axial_strain"):
             _append(table[name], getattr(frame, name))
+        table["wires"].resize(len(frame.wires), axis=1)
+        _append(table["wires"], frame.wires)
         for axis, strain in frame.strain.items():
             _append(table[f"strain_{axis}"], strain)
         _append(table["phase"], PHASES.index(frame.phase))

@@ -61,6 +61,7 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
             rig=model.rig,
             mount=model.mount,
             hook=model.specimen.hook,
+            pole_friction=model.specimen.pole_friction,
             specimen=specimen,
             speed_ref=model.speed_ref,
             others=model.others,
@@ -81,7 +82,7 @@ def to_yaml(protocol: Protocol) -> str:
         "rig": protocol.rig,
         **({} if protocol.mount is None else {"mount": protocol.mount}),
         **({"materials": own} if own else {}),
-        "specimen": written(spec, protocol.hook),
+        "specimen": written(spec, protocol.hook, protocol.pole_friction),
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
         "log": {

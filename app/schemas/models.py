@@ -21,7 +21,7 @@ SCHEMA: Final = "knitlab/protocol@1"
 
 # In the design of the protocol language, but not yet honoured by a rig.
 NOT_YET: Final = frozenset(
-    {"sweep", "control", "until", "force", "until_rupture", "image", "follow", "wire"} | {"triaxial", "microgripper"}
+    {"sweep", "control", "until", "force", "until_rupture", "image", "follow"} | {"triaxial", "microgripper"}
 )
 _AXES = Field(description="a list of axes, such as [C, W]")
 _SPEED = Field(description=allowed("speed"))

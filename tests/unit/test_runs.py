@@ -242,7 +242,7 @@ def test_a_record_of_another_layout_is_refused(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         file.attrs["layout"] = 1
-    with pytest.raises(FormatError, match="a run in layout 3"):
+    with pytest.raises(FormatError, match="a run in layout 4"):
         RunReader(tmp_path / "run.h5")
 
 
