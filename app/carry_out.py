@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
     from rigs.experiment import Event
-    from rigs.record import End, Equilibrium, Outcome
+    from rigs.record import End, Equilibrium, IntArray, Outcome
     from rigs.rig import Rig
     from rigs.step_record import StepRecord
     from rigs.steps import Axis
@@ -151,6 +151,8 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         instruments=rig.instruments,
         provenance={**task.origin.facts, "started": datetime.now().astimezone().isoformat(timespec="seconds")},
         materials=task.loaded.materials,
+        plates=_plates(rig),
+        wires=sum(len(grip.wires) for pair in rig.grips.values() for grip in pair),
     )
     # A checkpoint of before is none of the new record.
     task.checkpoint.unlink(missing_ok=True)
@@ -158,6 +160,14 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         journal = _journal(task, rig, writer)
         result = _finish(task, rig, journal, perform(rig, state, protocol))
     return _published(task, result)
+
+
+def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
+    """Return the nodes in the lower and in the upper load plate of a rig that has them."""
+    lower, upper = rig.grips.get("P", (None, None))
+    if lower is None or upper is None or lower.pole is not None:
+        return None
+    return lower.nodes, upper.nodes
 
 
 def go_on(task: Task, saved: Saved) -> RunResult:

@@ -12,6 +12,7 @@ from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.catalogue import arranged, plated
 from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.specimen import SpecimenSpec, gauge_lengths, make_specimen
+from rigs.wires import require_room
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -99,12 +100,15 @@ def build_specimen(loaded: Loaded) -> Specimen:
     Raises
     ------
     ProtocolError
-        If it cannot exist (strands overlap), with the place of the knit in the file.
+        If it cannot exist (strands overlap), or has no room for its wires, with the place of the knit in the file.
     """
     try:
-        return make_specimen(loaded.protocol.specimen)
+        specimen = make_specimen(loaded.protocol.specimen)
+        if loaded.protocol.hook == "wire":
+            require_room(specimen, loaded.protocol.axes)
     except SpecificationError as error:
         raise loaded.locate(error) from error
+    return specimen
 
 
 def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.run_reader import RunReader
     from app.views import View
     from knitlab_core.knits import Specimen
-    from rigs.record import Frame
+    from rigs.record import FloatArray, Frame
 
 AXIAL = "axial strain of the yarn [%]"
 #: Light to dark and sound for colour-blind readers; at rest the yarn is pale and its crossings show.
@@ -31,6 +31,7 @@ COLOURS = "YlOrRd"
 DPI = 200
 MARK = 0.2
 MARK_SLACK = 0.005
+WIRE_COLOUR = "#8a8a8a"
 SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"} | {
     "pile+": "#009E73",
     "pile-": "#66C9A8",
@@ -73,6 +74,8 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
         for frame in frames
     ]
     figure, note = draw(tubes, [_strain_title(frame) for frame in frames], AXIAL, view=view)
+    for axes, frame in zip(figure.axes, frames, strict=False):
+        _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
     return Picture(_save(figure, path), note)
 
 
@@ -192,6 +195,14 @@ def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) ->
     axes.tick_params(length=3, labelsize=10)
     for side in axes.spines.values():
         side.set_color("#bbbbbb")
+
+
+def _add_wires(axes: Axes, middles: FloatArray, radius: float) -> None:
+    """Draw wires, which stand upright and are as thick as the yarn, as grey discs about their middles (W, 3) [m]."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    for x, y, _ in 1e3 * middles:
+        axes.add_patch(Circle((x, y), 1e3 * radius, facecolor=WIRE_COLOUR, edgecolor="black", linewidth=0.5, zorder=3))
 
 
 def _strain_title(frame: Frame) -> str:

@@ -51,6 +51,8 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("name", protocol.name),
             ("rig", protocol.rig),
             *([] if protocol.mount is None else [("mount", protocol.mount)]),
+            ("hook", protocol.hook),
+            *_given_pole_friction(protocol.pole_friction),
             ("seed", protocol.log.seed),
             ("zero_strain", spec.rest_shape),
             ("version.python", platform.python_version()),
@@ -67,6 +69,12 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ),
         ]
     )
+
+
+def _given_pole_friction(friction: float | None) -> Iterator[Fact]:
+    """Yield the friction of the poles if the protocol gives it; else that of the machines holds."""
+    if friction is not None:
+        yield from _sourced("pole_friction", Value(value=friction, unit="1", source="the protocol"))
 
 
 def _options(spec: SpecimenSpec) -> Iterator[Fact]:

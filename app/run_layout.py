@@ -46,6 +46,7 @@ def make_record(
     provenance: Mapping[str, str | int | float],
     materials: str = "",
     plates: tuple[IntArray, IntArray] | None = None,
+    wires: int = 0,
 ) -> Path:
     """Make the record of a run that has no row yet, all of it or nothing.
 
@@ -69,6 +70,8 @@ def make_record(
         The YAML of the materials that the protocol brings in a file of its own, verbatim.
     plates : tuple of IntArray or None
         Nodes in the lower and in the upper load plate; None where hooks hold the specimen.
+    wires : int
+        Wires that the knit hangs on.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def make_record(
         _make_equilibria(file, axes)
         for name, nodes in zip(PLATES, plates or (), strict=False):
             file.create_dataset(f"plates/{name}", data=nodes)
-        make_frames(file, axes, strands)
+        make_frames(file, axes, strands, wires)
         _make_steps(file)
         file.create_group("channels")
         for instrument in instruments:

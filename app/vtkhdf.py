@@ -31,10 +31,12 @@ KINDS: Final = ("Vertices", "Lines", "Polygons", "Strips")
 #: Steps that one stretch of a column holds.
 CHUNK: Final = 256
 NO_IMAGE: Final = -1
+#: Both ends of every wire, one after the other.
+WIRES: Final = "FieldData/wires"
 TIMES: Final = "Steps/Values"
 
 
-def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int]) -> None:
+def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int], wires: int = 0) -> None:
     """Make the group of a knit that has no step yet.
 
     Parameters
@@ -45,6 +47,8 @@ def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int]) -
         The axes that are driven.
     strands : sequence of int
         Nodes of every strand.
+    wires : int
+        Wires that the knit hangs on.
     """
     group = file.create_group(GROUP)
     group.attrs["Version"] = np.array(VERSION, dtype=np.int64)
@@ -68,6 +72,8 @@ def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int]) -
         _grow(group, f"FieldData/strain_{axis}", (1,), "f8", "1")
     for name, dtype in (("cycle", "i8"), ("phase", "i4"), ("image", "i4")):
         _grow(group, f"FieldData/{name}", (1,), dtype, "1")
+    if wires:
+        _grow(group, WIRES, (wires, 6), "f8", "m")
     group["FieldData/phase"].attrs["meaning"] = ", ".join(PHASES)
     group["FieldData/image"].attrs["meaning"] = f"index in /tags; {NO_IMAGE} where no image was taken"
     _make_steps(group)
@@ -133,6 +139,7 @@ def append_frame(file: h5py.File, frame: Frame, image: int) -> None:
         "FieldData/cycle": frame.cycle,
         "FieldData/phase": PHASES.index(frame.phase),
         "FieldData/image": image,
+        WIRES: frame.wires.reshape(-1, 6),
         "Steps/NumberOfParts": 1,
         "Steps/PointOffsets": step * len(frame.nodes),
     }
@@ -157,7 +164,8 @@ def _place(group: h5py.Group, name: str, step: int) -> object:
     """Return where a step's rows of an array begin, or how large its field is; lines and parts are those of step 0."""
     _, table, *array = name.split("/")
     if table == "FieldDataSizes":
-        return (1, 1)
+        field = group[f"FieldData/{array[0]}"]
+        return (int(np.prod(field.shape[1:])), int(field.attrs["rows"]))
     if table in {"PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"}:
         return step * int(group[f"{table.removesuffix('Offsets')}/{array[0]}"].attrs["rows"])
     return 0
@@ -201,4 +209,5 @@ def _frame(part: Callable[[str], FloatArray], names: set[str], tags: Sequence[st
         cycle=int(part("FieldData/cycle")[0]),
         phase=PHASES[int(part("FieldData/phase")[0])],
         image=tags[image] if 0 <= image < len(tags) else None,
+        wires=part(WIRES).reshape(-1, 2, 3) if WIRES in names else np.zeros((0, 2, 3)),
     )

@@ -12,7 +12,7 @@ from rigs.endings import Ending
 from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame
 from rigs.rig import most_strained, place_of, read
-from rigs.shape import axial_strain, bending_strain, contact_force
+from rigs.shape import axial_strain, bending_strain, contact_force, wire_ends
 from rigs.way import Way, follow
 
 if TYPE_CHECKING:
@@ -210,10 +210,11 @@ class Bench:
         """Return the shape of the knit as it is now; one that the microscope takes bears the name of its image."""
         return Frame(
             time=self.time,
-            nodes=self.state.q[:, :3] * self.rig.work.model.scales.length,
+            nodes=self.state.q[: len(self.rig.specimen.nodes), :3] * self.rig.work.model.scales.length,
             axial_strain=axial_strain(self.rig, self.state),
             bending_strain=bending_strain(self.rig, self.state),
             contact_force=contact_force(self.rig, self.state),
+            wires=wire_ends(self.rig, self.state),
             strain={axis: self.displacement[axis] / length for axis, length in self.rig.gauges.items()},
             cycle=1 if self.last is None else self.last.cycle,
             phase="Zero" if self.last is None else self.last.phase,

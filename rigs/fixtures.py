@@ -1,14 +1,15 @@
 """Hold the yarn at its boundary: which unknowns a carriage prescribes, where it puts them, what it feels.
 
 A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
-a plate that loops are fused into holds every unknown of all their nodes inside it. Wire hooks are bodies that touch
-the yarn by contact and will stand beside it. All arrays here are in the solver's units.
+a plate that loops are fused into holds every unknown of all their nodes inside it. Wires are strands of their own in
+the solver's model: their nodes come after the yarn's, held but for the coordinate along the pole, and touch the yarn by
+contact. All arrays here are in the solver's units.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from rigs.steps import Axis
 
 Side = Literal[-1, 1]
+Hook: TypeAlias = Literal["pin", "wire"]
 
 SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
     "C": ("course-", "course+"),
@@ -64,6 +66,8 @@ class Grip:
         Share of its axis' travel that it makes, outwards [1].
     cell : float
         Share of its pull in what the load cell of its axis shows [1].
+    wires : tuple of IntArray
+        Nodes of the wires through each loop, which slide as one, beside the pins that hold the nodes above.
     """
 
     axis: Axis
@@ -74,6 +78,12 @@ class Grip:
     anchored: IntArray
     travel: float
     cell: float
+    wires: tuple[IntArray, ...] = ()
+
+    @property
+    def all_nodes(self) -> IntArray:
+        """Return every node that moves with the carriage, (m,)."""
+        return np.concatenate([self.nodes, *self.wires])
 
 
 def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
@@ -121,6 +131,9 @@ def prescribe(grips: tuple[Grip, ...], fixed: NDArray[np.bool_]) -> None:
         fixed[np.ix_(grip.nodes, np.flatnonzero(grip.held))] = True
         if grip.pole is not None:
             fixed[grip.anchored, grip.pole] = True
+            for wire in grip.wires:
+                fixed[wire] = True
+                fixed[wire, grip.pole] = wire[0] in grip.anchored
 
 
 def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, float]) -> FloatArray:
@@ -142,7 +155,7 @@ def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, fl
     """
     target = mounted.copy()
     for grip in grips:
-        target[grip.nodes, COORDINATE[grip.axis]] += grip.travel * grip.side * travel[grip.axis]
+        target[grip.all_nodes, COORDINATE[grip.axis]] += grip.travel * grip.side * travel[grip.axis]
     return target
 
 
@@ -156,11 +169,11 @@ def pull(grip: Grip, reaction: FloatArray) -> float:
     reaction : FloatArray, shape (N, 4)
         Force of the fixtures on the yarn [E r^2].
     """
-    return float(grip.side * reaction[grip.nodes, COORDINATE[grip.axis]].sum())
+    return float(grip.side * reaction[grip.all_nodes, COORDINATE[grip.axis]].sum())
 
 
 def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
-    """Return the largest force of one hook along its pole [E r^2]; zero for hooks that slide freely, and for a plate.
+    """Return the largest force along its pole of a hook that is tied to it [E r^2]; zero if none is, and for a plate.
 
     Parameters
     ----------
@@ -169,4 +182,7 @@ def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
     reaction : FloatArray, shape (N, 4)
         Force of the fixtures on the yarn [E r^2].
     """
-    return 0.0 if grip.pole is None else float(np.abs(reaction[grip.nodes, grip.pole]).max())
+    if grip.pole is None:
+        return 0.0
+    hooks = (*grip.wires, *grip.nodes[:, None])
+    return max(abs(float(reaction[nodes, grip.pole].sum())) for nodes in hooks)

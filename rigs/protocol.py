@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigs.catalogue import Others, RigName
+    from rigs.fixtures import Hook
 
 __all__ = [
     "AXES",
@@ -113,8 +114,10 @@ class Protocol:
         Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
         Which axis of the specimen stands along the frame; None on a rig that drives every axis it has.
-    hook : 'pin'
-        How a hook holds its loop: 'pin' ties the nearest node of the yarn.
+    hook : {'pin', 'wire'}
+        How a hook holds its loop: 'pin' ties the nearest node of the yarn, 'wire' is a rigid wire through the loop.
+    pole_friction : float or None
+        Coefficient between hooks and their poles [1]; None for the machines' own.
     name : str
         Name of the test; it names the files of its run.
     max_strain_increment : float
@@ -129,7 +132,8 @@ class Protocol:
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
     load_cell: float | None = None
-    hook: Literal["pin"] = "pin"
+    hook: Hook = "pin"
+    pole_friction: float | None = None
     name: str = "test"
     max_strain_increment: float = 0.0125
 
@@ -141,6 +145,12 @@ class Protocol:
         increment = self.max_strain_increment
         require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1")
         self._require_rig()
+        planar = "P" not in self.specimen.axes
+        require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
+        bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
+        require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        friction = self.pole_friction
+        require(friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2")
 
     @property
     def axes(self) -> tuple[Axis, ...]:

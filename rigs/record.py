@@ -159,6 +159,8 @@ class Frame:
         Strain of the fibre's surface by bending, at that end of the edge that bends more [1]; nan as above.
     contact_force : FloatArray, shape (N,)
         Sum of the contact loads on the yarn around every node [N].
+    wires : FloatArray, shape (W, 2, 3)
+        Both ends of every wire that the knit hangs on [m].
     strain : Mapping
         Effective strain of the specimen along each driven axis [1].
     cycle : int
@@ -178,6 +180,7 @@ class Frame:
     cycle: int
     phase: Phase
     image: str | None = None
+    wires: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,26 +9,27 @@ import numpy as np
 
 from knitlab_core.equilibrium.knitting_in import knit_in
 from knitlab_core.equilibrium.model import DECIMALS, make_model
+from knitlab_core.equilibrium.poles import pole_forces
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.errors import SpecificationError
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged, plated
 from rigs.fixtures import grips_on, largest_lateral, place, prescribe, pull
 from rigs.machine import instruments_of
 from rigs.specimen import size_of
+from rigs.wires import hang_on_wires, sliding_hooks
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from knitlab_core.equilibrium.model import Model, State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.knits import Specimen
-    from rigs.catalogue import MachineName
+    from rigs.catalogue import Drive, MachineName
     from rigs.fixtures import Grip
     from rigs.instruments import Instrument
-    from rigs.machine import Datum, MachineData
+    from rigs.machine import MachineData
     from rigs.protocol import Protocol
     from rigs.record import FloatArray, SpecimenSize
     from rigs.specimen import SpecimenSpec
@@ -82,7 +83,7 @@ class Rig:
     work : Workspace
         The solver's model of the specimen and its buffers.
     mounted : FloatArray, shape (N, 4)
-        The unknowns when the specimen was mounted [r], [rad].
+        The unknowns when the specimen was mounted, those of wires after the yarn's [r], [rad].
     instruments : tuple of Instrument
         Load cells and encoders, one instrument a machine, each on its own clock.
     breaks_at : float or None
@@ -169,17 +170,20 @@ def mount(
     Raises
     ------
     SpecificationError
-        If a machine's numbers ask for what pins cannot do.
+        If a wire is to hold what it cannot.
+    GeometryError
+        If a wire has no room in its loop.
     ConvergenceError
         If a yarn that is straight at rest finds no balance in its knit.
     """
-    for numbers in data.values():
-        if numbers.pole is not None:
-            _require_zero("pole.friction", numbers.pole.friction)
     spec = protocol.specimen
-    model, state = _model_of(specimen, spec)
     drives = arranged(protocol.rig, protocol.mount)
     grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
+    wires: tuple[FloatArray, ...] = ()
+    if protocol.hook == "wire":
+        wires, grips = hang_on_wires(specimen, grips)
+    model, state = _model_of(specimen, spec, wires)
+    model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
     for pair in grips.values():
         prescribe(pair, model.fixed)
     driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
@@ -201,6 +205,16 @@ def mount(
     return rig, state
 
 
+def _rubs(
+    protocol: Protocol, drives: Mapping[Axis, Drive], data: Mapping[MachineName, MachineData]
+) -> dict[Axis, float]:
+    """Return the coefficient between hooks and poles of each axis [1]."""
+    own = {axis: data[drive.machine].pole for axis, drive in drives.items()}
+    if protocol.pole_friction is not None:
+        return dict.fromkeys(own, protocol.pole_friction)
+    return {axis: 0.0 if pole is None else pole.friction.value for axis, pole in own.items()}
+
+
 def _train(numbers: MachineData) -> Train:
     """Return what lies between crosshead and fixture on a machine."""
     carriage = numbers.carriage
@@ -213,8 +227,8 @@ def _train(numbers: MachineData) -> Train:
     )
 
 
-def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
-    """Make the solver's model of a specimen of a material, and its state as printed."""
+def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
+    """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
     material, yarn = spec.substance, specimen.yarn
     model, state = make_model(
         specimen.strands,
@@ -225,6 +239,7 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec) -> tuple[Model, State]:
         section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
         straight=spec.rest_shape == "straight",
         bonds=spec.fused,
+        wires=wires,
     )
     return replace(model, relaxation=Relaxation.of(material) if spec.viscoelastic else None), state
 
@@ -241,6 +256,9 @@ def read(rig: Rig, state: State) -> Reading:
     unit = rig.work.model.scales.force
     pulls = {axis: [unit * pull(grip, state.reaction) for grip in pair] for axis, pair in rig.grips.items()}
     laterals = [largest_lateral(grip, state.reaction) for pair in rig.grips.values() for grip in pair]
+    model = rig.work.model
+    if model.hooks is not None:
+        laterals += list(np.abs(pole_forces(model.hooks, state.poles, model.law.slip)))
     return Reading(
         force={
             axis: sum(grip.cell * felt for grip, felt in zip(rig.grips[axis], pair, strict=True))
@@ -279,12 +297,8 @@ def without_edge(rig: Rig, state: State, edge: int, options: Options | None = No
 def place_of(rig: Rig, node: int) -> str:
     """Name the place of a node of the yarn in the words of a knitter."""
     specimen = rig.specimen
+    if node >= len(specimen.nodes):
+        return "a wire"
     fibre, along = divmod(node, len(specimen.arc_lengths))
     place = specimen.centreline.place(float(specimen.arc_lengths[along]) / specimen.loop_width)
     return place if len(rig.strands) == 1 else f"fibre {fibre + 1} at {place}"
-
-
-def _require_zero(name: str, datum: Datum) -> None:
-    """Raise unless a number of a machine is zero: what it stands for is not modelled with pins."""
-    if datum.value != 0.0:
-        raise SpecificationError(f"rig.{name}", f"{datum.value:g} {datum.unit}", "0 with hooks as pins")

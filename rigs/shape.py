@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 def axial_strain(rig: Rig, state: State) -> FloatArray:
     """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
-    rods = rig.work.model.rods
-    edges: FloatArray = np.linalg.norm(np.diff(state.q[:, :3], axis=0), axis=1)
-    edges = np.where(rods.has_edge[:-1], edges, np.nan)
+    rods, yarn = rig.work.model.rods, len(rig.specimen.nodes)
+    edges: FloatArray = np.linalg.norm(np.diff(state.q[:yarn, :3], axis=0), axis=1)
+    edges = np.where(rods.has_edge[: yarn - 1], edges, np.nan)
     made = edges_of(rig.strands)[:-1]
-    return edges[made] / rods.rest_length[:-1][made] - 1.0
+    return edges[made] / rods.rest_length[: yarn - 1][made] - 1.0
 
 
 def bending_strain(rig: Rig, state: State) -> FloatArray:
@@ -31,7 +31,7 @@ def bending_strain(rig: Rig, state: State) -> FloatArray:
     """
     rods = rig.work.model.rods
     bent = np.where(rods.has_edge, bent_along(state.q, rods, state.frames, rig.fibre_reach), np.nan)
-    return bent[:-1][edges_of(rig.strands)[:-1]]
+    return bent[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
 
 
 def contact_force(rig: Rig, state: State) -> FloatArray:
@@ -45,4 +45,15 @@ def contact_force(rig: Rig, state: State) -> FloatArray:
     first, second = np.divmod(memory.key, count * per_node)
     loads = model.scales.force * np.concatenate([memory.load, memory.load])
     nodes = np.concatenate([first, second]) // per_node
-    return np.bincount(nodes, loads, minlength=count).astype(np.float64)
+    return np.bincount(nodes, loads, minlength=count).astype(np.float64)[: len(rig.specimen.nodes)]
+
+
+def wire_ends(rig: Rig, state: State) -> FloatArray:
+    """Return both ends of every wire, shape (W, 2, 3) [m]."""
+    model, yarn = rig.work.model, len(rig.specimen.nodes)
+    # A strand begins behind a node that no edge leaves.
+    ends = np.column_stack(
+        [np.flatnonzero(~model.rods.has_edge[yarn - 1 : -1]), np.flatnonzero(~model.rods.has_edge[yarn:])]
+    )
+    at: FloatArray = state.q[yarn:][ends, :3] * model.scales.length
+    return at

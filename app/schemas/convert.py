@@ -52,6 +52,7 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
             mount=model.mount,
             load_cell=model.load_cell,
             hook=model.specimen.hook,
+            pole_friction=model.specimen.pole_friction,
             specimen=specimen,
             speed_ref=model.speed_ref,
             others=model.others,
@@ -73,7 +74,7 @@ def to_yaml(protocol: Protocol) -> str:
         **({} if protocol.mount is None else {"mount": protocol.mount}),
         **({} if protocol.load_cell is None else {"load_cell": write(protocol.load_cell, "force")}),
         **({"materials": own} if own else {}),
-        "specimen": written(spec, protocol.hook),
+        "specimen": written(spec, protocol.hook, protocol.pole_friction),
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
         "log": {

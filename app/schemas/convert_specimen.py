@@ -70,7 +70,7 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
     return spec
 
 
-def written(spec: SpecimenSpec, hook: str) -> dict[str, Any]:
+def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[str, Any]:
     """Return a specimen as the data of a file."""
     knit: object = spec.knit
     if isinstance(spec.knit, Filament):
@@ -84,6 +84,7 @@ def written(spec: SpecimenSpec, hook: str) -> dict[str, Any]:
         "material": spec.substance.name,
         "friction": spec.friction,
         "hook": hook,
+        **({} if pole_friction is None else {"pole_friction": pole_friction}),
         "nodes_per_loop": spec.nodes_per_loop,
         "rest_shape": spec.rest_shape,
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),

@@ -22,7 +22,7 @@ SCHEMA: Final = "knitlab/protocol@1"
 
 
 # In the design of the protocol language, but not yet honoured by a rig.
-NOT_YET: Final = frozenset({"wire"})
+NOT_YET: Final[frozenset[str]] = frozenset()
 
 
 class LogModel(Model):

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.values import Length, StitchValue, Strain, Stress, Switch
 from app.units import allowed
+from rigs.fixtures import Hook
 from rigs.specimen import RestShape, Rupture
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
@@ -107,7 +108,10 @@ class SpecimenModel(Model):
     loop: Length = Field(description=allowed("length"))
     material: str = Field(description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
-    hook: Literal["pin"] = Field(default="pin", description="pin")
+    hook: Hook = Field(default="pin", description="pin or wire")
+    pole_friction: float | None = Field(
+        default=None, description="a coefficient of friction between hooks and their poles, such as 0.05"
+    )
     nodes_per_loop: int = Field(default=48, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
     yarn: YarnModel | None = Field(

@@ -126,7 +126,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
     """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
-    work.start_step(state.q, state.frames, state.memory, state.bonds.hold)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles)
     guess = _guess(work, state, motion)
     room = work.room(state.q, guess, 0.95)
     if room < 1.0:
@@ -141,7 +141,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
     q, frames, gradient, report = equilibrate(work, q, frames, options)
     if not report.converged:
         return None, report
-    memory, slip_work = work.settle()
+    memory, poles, slip_work = work.settle()
     reaction = np.where(model.fixed, gradient, 0.0)
     increment = q - state.q
     pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
@@ -151,6 +151,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
             q=q,
             frames=frames.copy(),
             memory=memory,
+            poles=poles,
             reaction=reaction,
             increment=increment,
             contacts=report.contacts,

@@ -10,6 +10,7 @@ from knitlab_core.contact.bonds import BondLaw, Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples
+from knitlab_core.equilibrium.poles import Hooks, PoleMemory
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
@@ -42,6 +43,8 @@ class Model:
         How the rods' stiffness relaxes; None for elastic rods.
     bonds : Bonds or None
         Fused points as printed; None where strands do not fuse.
+    hooks : Hooks or None
+        Hooks on poles that rub, and wires; None where hooks are pins that slide freely.
     """
 
     rods: Rods
@@ -51,6 +54,7 @@ class Model:
     scales: Scales
     relaxation: Relaxation | None = None
     bonds: Bonds | None = None
+    hooks: Hooks | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +85,8 @@ class State:
         Work lost by relaxing, and energy set free by fibres that broke and by snaps, since the start [E r^3].
     bonds : BondState
         Which fused points are whole, their loads and their energies; empty where strands do not fuse.
+    poles : PoleMemory
+        Elastic slip and load of hooks on poles; empty where none rubs.
     """
 
     q: FloatArray
@@ -97,6 +103,7 @@ class State:
     fracture_work: float = 0.0
     snap_work: float = 0.0
     bonds: BondState = field(default_factory=lambda: BondState.printed(0))
+    poles: PoleMemory = field(default_factory=PoleMemory.empty)
 
 
 def make_model(
@@ -111,6 +118,7 @@ def make_model(
     sample_spacing: float = SAMPLE_SPACING,
     slip: float = SLIP,
     bonds: BondLaw | None = None,
+    wires: Sequence[FloatArray] = (),
 ) -> tuple[Model, State]:
     """Make the model of strands of one kind and their state as given, free of stress.
 
@@ -134,21 +142,26 @@ def make_model(
         Elastic slip before sliding [r].
     bonds : BondLaw, optional
         How strands that were printed near each other are fused; by default they are not.
+    wires : sequence of (n, 3) arrays
+        Rigid strands, whose nodes come after those of the others [m]. They store nothing and fuse with nothing;
+        whoever makes them prescribes them.
 
     Returns
     -------
     Model, State
         With nothing prescribed yet but the dummy angles.
     """
-    sizes = tuple(len(s) for s in strands)
+    every = [*strands, *wires]
+    sizes = tuple(len(s) for s in every)
+    soft = np.arange(sum(sizes)) < sum(len(s) for s in strands)
     # Rounding of the last digits would grow wherever strands snap: a knit of any size starts from the same numbers.
-    x = np.round(np.concatenate(strands) / radius, DECIMALS)
+    x = np.round(np.concatenate(every) / radius, DECIMALS)
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     model = Model(
-        rods=with_section(rods, section),
-        samples=_make_samples(rods, sizes, sample_spacing),
+        rods=_yielding(with_section(rods, section), soft),
+        samples=_make_samples(rods, sizes, float(rods.rest_length[rods.has_edge & soft].mean()), sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
@@ -156,14 +169,23 @@ def make_model(
     state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     if bonds is None:
         return model, state
-    scales = model.scales
-    found = find_bonds(state.q, frames, rods.has_edge, model.samples, model.law, bonds, scales, poisson_ratio)
+    scales, samples = model.scales, model.samples
+    printed = samples._replace(spans=samples.spans[soft[samples.spans]])
+    found = find_bonds(state.q, frames, rods.has_edge, printed, model.law, bonds, scales, poisson_ratio)
     return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
 
 
-def _make_samples(rods: Rods, sizes: tuple[int, ...], spacing: float) -> Samples:
-    """Spread contact samples along rods of the given node counts, as near as may be to a spacing [r]."""
-    edge = float(rods.rest_length[rods.has_edge].mean())
+def _yielding(rods: Rods, soft: BoolArray) -> Rods:
+    """Return rods of which only the nodes (N,) that are soft store energy."""
+    return rods._replace(
+        stretch_stiffness=rods.stretch_stiffness * soft,
+        bend_stiffness=rods.bend_stiffness * soft,
+        twist_stiffness=rods.twist_stiffness * soft,
+    )
+
+
+def _make_samples(rods: Rods, sizes: tuple[int, ...], edge: float, spacing: float) -> Samples:
+    """Spread contact samples along rods of the given node counts and mean edge, as near as may be to a spacing [r]."""
     m = max(1, round(edge / spacing))
     return Samples(
         spans=np.flatnonzero(rods.is_inner),

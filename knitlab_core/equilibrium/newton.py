@@ -111,7 +111,7 @@ def blocked(node: int, contacts: int) -> Report:
 def _force_scale(work: Workspace, gradient: FloatArray) -> float:
     """Return the mean force on fixtures or of loads, at least the floor."""
     held = work.model.fixed[:, :3]
-    forces = np.abs(gradient[:, :3][held])
+    forces = np.abs(gradient[:, :3][held]) if work.poles is None else work.poles.fixture_forces(gradient, held)
     loads = np.abs(work.loads[work.loads != 0.0])
     means = [float(f.mean()) for f in (forces, loads) if f.size]
     return max([FORCE_FLOOR, *means])
@@ -198,7 +198,8 @@ def equilibrate(
     model = work.model
     free = ~model.fixed
     other = frames.copy()
-    loads = _Loads(following=model.law.friction == 0.0, follow_below=options.follow_below)
+    poles_rub = work.poles is not None and work.poles.hooks.rubs
+    loads = _Loads(following=model.law.friction == 0.0 and not poles_rub, follow_below=options.follow_below)
     iteration, contacts = 0, 0
     gradient: FloatArray | None = None
     work.move_to(q, frames)
@@ -227,7 +228,7 @@ def equilibrate(
         if not work.factor():
             return q, frames, gradient, report
         step = work.solve(-residual)
-        if loads.following and model.law.friction > 0.0 and contacts > 0:
+        if loads.following and (poles_rub or (model.law.friction > 0.0 and contacts > 0)):
             size = float(np.linalg.norm(step))
             step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
             fraction = work.room(q, step, options.room)

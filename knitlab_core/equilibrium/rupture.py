@@ -179,7 +179,7 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     left = Workspace(sever(work.model, edge))
     left.clock, left.factorisations = work.clock, work.factorisations
     left.loads = work.loads
-    left.start_step(state.q, state.frames, state.memory, state.bonds.hold)
+    left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles)
     left.lag()
     held = np.where(left.model.fixed, 0.0, _gradient(left, state))
 

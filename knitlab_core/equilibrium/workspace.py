@@ -14,6 +14,7 @@ from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern, multiply, update_pattern
+from knitlab_core.equilibrium.poles import PoleMemory, Poles
 from knitlab_core.equilibrium.stopwatch import Stopwatch
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
@@ -54,6 +55,8 @@ class Workspace:
         Samples and edges in the configuration last moved to.
     fused : Fused or None
         Bonds that hold; None where strands do not fuse.
+    poles : Poles or None
+        Hooks on poles that rub, and wires; None without either.
     drag : float
         Resistance of free nodes to their motion since the step began [E r], as by a viscous fluid; nought but in snaps.
     """
@@ -71,6 +74,7 @@ class Workspace:
         self.factorisations = 0
         self.placed = Placed.zeros(n, samples)
         self.fused: Fused | None = None
+        self.poles = None if model.hooks is None else Poles(model.hooks, model.law.slip)
         self.drag = 0.0
         self._origin = np.zeros((n, 4))
         self._base = np.zeros((samples, 3))
@@ -85,14 +89,28 @@ class Workspace:
         self._linear: BlockCholesky | None = None
         self.blocks = np.zeros((0, 4, 4))
 
-    def start_step(self, q: FloatArray, frames: Frames, memory: Memory, hold: FloatArray | None = None) -> None:
-        """Begin at an equilibrium: list its pairs and recall what friction remembers of them.
+    @property
+    def _parts(self) -> tuple[Fused | Poles, ...]:
+        """Return what acts beside rods and contacts; poles last, whose loads are the forces of all others."""
+        return tuple(part for part in (self.fused, self.poles) if part is not None)
+
+    def start_step(
+        self,
+        q: FloatArray,
+        frames: Frames,
+        memory: Memory,
+        hold: FloatArray | None = None,
+        poles: PoleMemory | None = None,
+    ) -> None:
+        """Begin at an equilibrium: list its pairs and recall what friction remembers of them, and of poles.
 
         `hold` (B,) is the share of its stiffness that each bond has; by default all of it.
         """
         self._memory = memory
         self._fuse(hold)
         self._origin = q.copy()
+        if self.poles is not None:
+            self.poles.start(q, poles)
         sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
         self._list_pairs(q)
@@ -154,7 +172,7 @@ class Workspace:
 
     def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
         """Fit pairs and bonds into a pattern, or return None if they need blocks it lacks."""
-        if self.fused is not None and not self.fused.fit(pattern, n):
+        if not all(part.fit(pattern, n) for part in self._parts):
             return None
         return update_pattern(pattern, n, self.candidates)
 
@@ -162,12 +180,14 @@ class Workspace:
         """Place samples and edges in configuration `q`."""
         sample_points(q, self.model.samples, self.placed.points)
         place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
-        if self.fused is not None:
-            self.fused.place(q, self.model.rods.has_edge, frames)
+        for part in self._parts:
+            part.place(q, self.model.rods.has_edge, frames)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
         m = self.model
+        if self.poles is not None:
+            self.poles.lag()
         return lag(self.placed, self.candidates, m.samples.length, m.law, self.pairs)
 
     def energy(self, q: FloatArray, source: Frames) -> float:
@@ -182,7 +202,7 @@ class Workspace:
             if self.drag:
                 moved = q[:, :3] - self._origin[:, :3]
                 total += 0.5 * self.drag * float(np.vdot(moved, moved))
-            return total if self.fused is None else total + self.fused.energy()
+            return sum((part.energy() for part in self._parts), total)
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
@@ -197,11 +217,11 @@ class Workspace:
             g = -self.loads
             rod_gradient(q, model.rods, frames, g)
             contact_gradient(self.placed, self.candidates, model.samples, model.law, self.pairs, g)
-            if self.fused is not None:
-                self.fused.add_gradient(g)
             if self.drag:
                 moved = q[:, :3] - self._origin[:, :3]
                 g[:, :3] += self.drag * np.where(model.fixed[:, :3], 0.0, moved)
+            for part in self._parts:
+                part.add_gradient(g)
         return g
 
     def assemble(self, q: FloatArray, frames: Frames, *, contacts: float = 1.0) -> None:
@@ -220,21 +240,13 @@ class Workspace:
         with self.clock("assembly"):
             self.blocks[:] = 0.0
             rod_hessian(q, model.rods, frames, 1.0, self.pattern, self.blocks)
-            contact_hessian(
-                self.placed,
-                self.candidates,
-                model.samples,
-                model.law,
-                contacts,
-                self.pairs,
-                self.pattern,
-                self.blocks,
-            )
-            if self.fused is not None:
-                self.fused.add_hessian(contacts, self.blocks)
+            pairs, pattern = self.pairs, self.pattern
+            listed = self.candidates
+            contact_hessian(self.placed, listed, model.samples, model.law, contacts, pairs, pattern, self.blocks)
             if self.drag:
-                for axis in range(3):
-                    self.blocks[self.pattern.diagonal, axis, axis] += self.drag
+                self.blocks[self.pattern.diagonal[:, None], range(3), range(3)] += self.drag
+            for part in self._parts:
+                part.add_hessian(contacts, self.blocks)
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""
@@ -279,6 +291,8 @@ class Workspace:
         model = self.model
         out = np.zeros_like(v)
         add_load_coupling(self.placed.points, self.candidates, model.samples, model.law, self.pairs, v, out)
+        if self.poles is not None:
+            self.poles.add_load_coupling(v, out)
         out[model.fixed] = 0.0
         return out
 
@@ -298,6 +312,10 @@ class Workspace:
             approach = largest_approach(q, step, reach, limit)
         return part if approach <= limit else min(part, limit / approach)
 
-    def settle(self) -> tuple[Memory, float]:
-        """Accept the placed samples as an equilibrium; return friction's memory and work."""
-        return settle(self.placed, self._base, self.candidates, self.model.law, self.pairs)
+    def settle(self) -> tuple[Memory, PoleMemory, float]:
+        """Accept the placed samples as an equilibrium; return what friction remembers, and its work."""
+        memory, work = settle(self.placed, self._base, self.candidates, self.model.law, self.pairs)
+        if self.poles is None:
+            return memory, PoleMemory.empty(), work
+        poles, rubbed = self.poles.settle()
+        return memory, poles, work + rubbed

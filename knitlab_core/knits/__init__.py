@@ -17,6 +17,7 @@ mesh        where the nodes are
 filament    no knit: a straight fibre to prove a rig with
 specimen    nodes in metres, checked
 plates      which of them a load plate is printed around
+wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
@@ -34,6 +35,7 @@ from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, ne
 from knitlab_core.knits.stockinette import stockinette
 from knitlab_core.knits.volumetric import volumetric
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
+from knitlab_core.knits.wires import LoopWires, wires_through
 
 __all__ = [
     "NAMED_STITCHES",
@@ -42,6 +44,7 @@ __all__ = [
     "Centreline",
     "FibreClearance",
     "Filament",
+    "LoopWires",
     "Plates",
     "Site",
     "SiteSet",
@@ -64,5 +67,6 @@ __all__ = [
     "stockinette",
     "volumetric",
     "volumetric_specimen",
+    "wires_through",
     "yarn_per_loop",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import pytest
 
 from app.figures import energy_balance_error
 from app.run_reader import RunReader
-from app.schemas import from_yaml
+from app.schemas import from_yaml, to_yaml
 from app.usecases import RunResult, run_protocol
 from rigs.analysis import branch, stress_strain
 from rigs.specimen import make_specimen
@@ -196,6 +196,44 @@ def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
     assert stress["P"] > max(stress["C"], stress["W"])
 
 
+@pytest.fixture(scope="module")
+def wire(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
+    del quick_pictures
+    return run_example("wire_small.yaml", tmp_path_factory.mktemp("wire"))
+
+
+def test_a_knit_on_wires_is_softer_than_one_on_pins(wire: Ran, tmp_path: Path) -> None:
+    assert wire.result.outcome == "target"
+    assert energy_balance_error(wire.run.trace) <= 0.01
+    protocol = from_yaml(wire.run.protocol)
+    pins = to_yaml(replace(protocol, hook="pin", pole_friction=None, name="pins"))
+    (tmp_path / "pins.yaml").write_text(pins, encoding="utf-8")
+    result = run_protocol(tmp_path / "pins.yaml", tmp_path / "run", lambda _share, _text: None)
+    pinned = Ran(result, RunReader(result.folder / "run.h5"))
+    # A loop closes between its two hooks, and yarn slips round them.
+    for axis in BOTH:
+        assert 0.6 * pinned.stress(axis, 0.3) < wire.stress(axis, 0.3) < 0.98 * pinned.stress(axis, 0.3)
+    assert pinned.run.trace.columns["lateral_force"].max() == 0.0
+    # No hook bears more along its pole than friction allows of all that its axis carries.
+    columns = wire.run.trace.columns
+    lateral, pull = columns["lateral_force"], np.maximum(np.abs(columns["force_C"]), np.abs(columns["force_W"]))
+    taut = pull > 0.1
+    assert np.all(lateral[taut] > 0.0)
+    assert np.all(lateral[taut] <= 0.05 * pull[taut])
+
+
+def test_a_frame_keeps_the_wires(wire: Ran) -> None:
+    frames = wire.run.frames()
+    assert frames[0].wires.shape == (15, 2, 3)
+    peak = max(frames, key=lambda frame: frame.strain["W"])
+    travel = np.abs(peak.wires - frames[0].wires)[:, 0]
+    gauge = wire.run.size.extents
+    for axis, coordinate in (("C", 0), ("W", 1)):
+        half = 0.5 * 0.3 * gauge[axis]  # type: ignore[index]
+        assert np.count_nonzero(np.isclose(travel[:, coordinate], half)) >= 4
+    assert travel[:, 2].max() == 0.0
+
+
 @pytest.mark.parametrize("name", ["small", "main_job"])
 def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest) -> None:
     ran: Ran = request.getfixturevalue(name)
@@ -210,7 +248,7 @@ def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest)
 
 def test_every_example_is_tested() -> None:
     knits = {f"fig4c/fig4c_{axis}_{n}.yaml" for axis in ("course", "wale", "pile") for n in (4, 6)}
-    tried = {"biaxial_small.yaml", "biaxial_cycle.yaml", "uniaxial_course.yaml"}
+    tried = {"wire_small.yaml", "biaxial_small.yaml", "biaxial_cycle.yaml", "uniaxial_course.yaml"}
     beyond = {f"{what}_small.yaml" for what in ("bundle", "cotton", "creeping", "fused", "rupture")}
     knits |= {f"fig4d/fig4d_{pre}_{n}.yaml" for pre in ("00", "10", "20") for n in (3, 4, 6)}
     knits |= {f"fig5/{kind}_{n}.yaml" for kind in ("micro", "macro") for n in (2, 3, 6)}

@@ -226,9 +226,16 @@ def frames_along(axis: Axis) -> st.SearchStrategy[dict[str, Any]]:
     )
 
 
+def can_hang(specimen: SpecimenSpec) -> bool:
+    """Tell whether a specimen can hang on wires."""
+    return "P" not in specimen.axes and (specimen.yarn is None or specimen.yarn.model == "yarn")
+
+
 PROTOCOLS = st.builds(
-    lambda rig, **rest: Protocol(**rig, **rest),
+    lambda rig, wires, **rest: Protocol(hook="wire" if wires and can_hang(rig["specimen"]) else "pin", **rig, **rest),
     rig=STAGES | frames_along("C") | frames_along("W") | frames_along("P"),
+    wires=st.booleans(),
+    pole_friction=st.none() | st.floats(0.0, 2.0),
     speed_ref=st.sampled_from(["pair", "grip"]),
     log=st.builds(LogSpec, rate=st.floats(1e-3, 1e4), noise=st.booleans(), seed=st.integers(0, 2**63 - 1)),
     name=LABELS,

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.model import State
     from rigs.catalogue import Others
+    from rigs.fixtures import Hook
     from rigs.machine import MachineData
     from rigs.rig import Rig
     from rigs.steps import Axis
@@ -44,6 +45,8 @@ def mount_knit() -> Callable[..., Mounted]:
         layers: int | None = None,
         others: Others = "hold",
         noise: bool = False,
+        hook: Hook = "pin",
+        pole_friction: float | None = None,
         **specimen: Any,  # noqa: ANN401 (handed through)
     ) -> Mounted:
         spec = SpecimenSpec(
@@ -63,6 +66,8 @@ def mount_knit() -> Callable[..., Mounted]:
             mount=mount_along,
             others=others if mount_along is None else "free",
             steps=steps,
+            hook=hook,
+            pole_friction=pole_friction,
             log=LogSpec(noise=noise),
             max_strain_increment=increment,
         )

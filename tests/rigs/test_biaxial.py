@@ -1,16 +1,13 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from app.rig_data import read_machine
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
-from knitlab_core.errors import SpecificationError
 from rigs.fixtures import COORDINATE, SITES
 from rigs.protocol import Cycle, Zero
 from rigs.rig import most_strained, place_of, pose, read
@@ -18,7 +15,6 @@ from rigs.shape import axial_strain, bending_strain, contact_force
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from knitlab_core.equilibrium.model import State
@@ -139,14 +135,6 @@ def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[Rig, State]) 
     sites = stage.specimen.sites
     assert place_of(stage, int(sites["wale-"][0])) == "row 0, loop 0"
     assert place_of(stage, int(sites["wale+"][-1])) == "row 2, loop 2"
-
-
-def test_friction_that_pins_cannot_honour_is_refused(mount_knit: Callable[..., object]) -> None:
-    data = read_machine("biaxial-hook")
-    assert data.pole is not None
-    rough = replace(data, pole=replace(data.pole, friction=replace(data.pole.friction, value=0.1)))
-    with pytest.raises(SpecificationError, match=r"rig\.pole\.friction: found '0\.1 1', allowed 0 with hooks as pins"):
-        mount_knit(*STEPS, data=rough)
 
 
 @pytest.mark.usefixtures("quick_pictures")

@@ -167,7 +167,16 @@ BAD = [
         "sweep: found 10001 points, allowed 10000 points or fewer",
     ),
     Bad("- hold: {for: 10 s}", "- hold", 17, 5, "steps[3]: found 'hold', allowed a step"),
-    Bad("friction: 0.3", "hook: wire", 8, 9, "specimen.hook: found 'wire', allowed pin (wire is not available yet)"),
+    Bad("friction: 0.3", "hook: wir", 8, 9, "specimen.hook: found 'wir', allowed pin or wire (did you mean wire?)"),
+    Bad(
+        "friction: 0.3",
+        "hook: wire\n  yarn: {fibres: 3, model: bundle}",
+        8,
+        9,
+        "specimen.hook: found wire, allowed pin: wires hold",
+    ),
+    Bad("friction: 0.3", "pole_friction: 3", 8, 18, "specimen.pole_friction: found 3.0, allowed a coefficient from 0"),
+    Bad("friction: 0.3", "pole_friction: some", 8, 18, "specimen.pole_friction: found 'some', allowed a coefficient"),
     # Rigs
     Bad("rig: ", "mount: C\nrig: ", 2, 8, "mount: found C, allowed no mount: biaxial-hook drives C and W"),
     Bad("rig: biaxial-hook", "rig: uniaxial-frame", 1, 1, "mount: found nothing, allowed C or W: the axis along the"),
