@@ -18,6 +18,9 @@ from knitlab_core.rods.frames import follow
 SMALLEST_STEP = 1.0 / 256.0
 """Shortest step tried before giving up, relative to the longest."""
 
+MOST_MOVES = 150
+"""Moves in which a snap must come to rest."""
+
 EASY = 20
 """Iterations up to which the next step may grow again."""
 
@@ -240,12 +243,13 @@ def _snap(
     work: Workspace, state: State, target: FloatArray, options: Options | None, duration: float
 ) -> tuple[State | None, Report]:
     """Go to a target that has no equilibrium near the last one; time passes on the first move alone."""
-    brisk = replace(options or Options(), max_iterations=BRISK.max_iterations)
+    wanted = options or Options()
+    brisk = replace(wanted, max_iterations=min(wanted.max_iterations, BRISK.max_iterations))
 
     def move(begun: State) -> tuple[State | None, Report]:
         return advance(work, begun, target, brisk, duration=duration if begun is state else 0.0)
 
-    return come_to_rest(work, move, state, drag=THICK)
+    return come_to_rest(work, move, state, drag=THICK, most=MOST_MOVES)
 
 
 def _next(at: float, step: float) -> float:

@@ -33,7 +33,9 @@ Search = Callable[[State], tuple[State | None, Report]]
 """Goes from a state to the next one, the fixtures at the end of the step."""
 
 
-def come_to_rest(work: Workspace, search: Search, state: State, *, drag: float = 0.0) -> tuple[State | None, Report]:
+def come_to_rest(
+    work: Workspace, search: Search, state: State, *, drag: float = 0.0, most: int = MOST_MOVES
+) -> tuple[State | None, Report]:
     """Follow a snap to its end.
 
     Parameters
@@ -46,6 +48,8 @@ def come_to_rest(work: Workspace, search: Search, state: State, *, drag: float =
         Where it begins; its forces need not be in balance.
     drag : float
         That of the first move [E r].
+    most : int
+        Moves after which to give up.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def come_to_rest(work: Workspace, search: Search, state: State, *, drag: float =
             state = found
             if easy:
                 drag = THINNER * drag if THINNER * drag >= THIN else 0.0
-        if drag > SOLID or moves == MOST_MOVES:
+        if drag > SOLID or moves == most:
             return None, report
 
 
