@@ -149,6 +149,8 @@ class Protocol:
         require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
         bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
         require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        straight = self.specimen.rest_shape == "straight"
+        require(self.hook == "pin" or not straight, "hook", self.hook, "pin: wires hold a yarn at rest as printed")
         friction = self.pole_friction
         require(friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2")
 

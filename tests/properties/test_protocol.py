@@ -228,7 +228,8 @@ def frames_along(axis: Axis) -> st.SearchStrategy[dict[str, Any]]:
 
 def can_hang(specimen: SpecimenSpec) -> bool:
     """Tell whether a specimen can hang on wires."""
-    return "P" not in specimen.axes and (specimen.yarn is None or specimen.yarn.model == "yarn")
+    one_rod = specimen.yarn is None or specimen.yarn.model == "yarn"
+    return "P" not in specimen.axes and one_rod and specimen.rest_shape == "as-printed"
 
 
 PROTOCOLS = st.builds(

@@ -175,6 +175,13 @@ BAD = [
         9,
         "specimen.hook: found wire, allowed pin: wires hold",
     ),
+    Bad(
+        "friction: 0.3",
+        "hook: wire\n  rest_shape: straight",
+        8,
+        9,
+        "found wire, allowed pin: wires hold a yarn at rest",
+    ),
     Bad("friction: 0.3", "pole_friction: 3", 8, 18, "specimen.pole_friction: found 3.0, allowed a coefficient from 0"),
     Bad("friction: 0.3", "pole_friction: some", 8, 18, "specimen.pole_friction: found 'some', allowed a coefficient"),
     # Rigs
