@@ -23,7 +23,16 @@ def test_no_request_makes_the_service_fail(address: str, store: Store, tmp_path:
     ran = subprocess.run(  # noqa: S603 (a program of the test environment)
         [
             *(str(PROGRAM), "run", f"{address}/openapi.json", "--checks", CHECKS),
-            *("--max-examples", "15", "--request-timeout", "30", "--generation-deterministic", "--no-color"),
+            *(
+                "--phases",
+                "examples,coverage,fuzzing",
+                "--max-examples",
+                "5",
+                "--request-timeout",
+                "30",
+                "--generation-deterministic",
+                "--no-color",
+            ),
         ],
         cwd=tmp_path,
         capture_output=True,
