@@ -76,7 +76,7 @@ def test_print_as_json_is_in_si(say: Callable[..., Said], tmp_path: Path) -> Non
 
 def test_what_a_printer_cannot_make_is_an_outcome(say: Callable[..., Said], tmp_path: Path) -> None:
     said = say(changed(tmp_path, "loop: 8 mm", "loop: 0.05 mm"), "--out", tmp_path, "--format", "stl", "--quiet")
-    assert (said.code, said.err) == (5, "")
+    assert (said.code, said.err) == (6, "")
     assert "printable: no" in said.out
     refused = [line.split("  ")[0].strip() for line in said.out.splitlines() if "NOT MET" in line]
     assert refused == ["fibre diameter", "gap by the centreline", "gap by the mesh"]
