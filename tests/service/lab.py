@@ -69,12 +69,12 @@ class Lab:
         self.workers: list[subprocess.Popen[str]] = []
 
     def start(self, slots: int = 2, lease: float = 3.0, root: Path = ROOT) -> subprocess.Popen[str]:
-        """Start a worker from the sources in a folder."""
+        """Start a worker; what `root` has of the sources goes before ours."""
         command = [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(self.folder)]
         worker = subprocess.Popen(  # noqa: S603 (our own)
             [*command, "--slots", str(slots), "--lease", str(lease)],
             cwd=root,
-            env={**self.environment, "PYTHONPATH": str(root)},
+            env={**self.environment, "PYTHONPATH": os.pathsep.join([str(root), str(ROOT)])},
             text=True,
         )
         self.workers.append(worker)

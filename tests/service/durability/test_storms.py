@@ -52,23 +52,6 @@ def both() -> pytest.MarkDecorator:
     return pytest.mark.parametrize("lab", ["sqlite", POSTGRES], indirect=True)
 
 
-def test_a_killed_server_comes_back_and_goes_on_and_leaves_no_orphan(lab: Lab) -> None:
-    worker = lab.start(slots=1)
-    first, second = lab.store.submit(cycles(120)), lab.store.submit(TINY)
-    until(lambda: lab.process(first) is not None and lab.has_rows(first, 5))
-    orphan = lab.process(first)
-    assert orphan is not None
-    lab.kill(worker)
-    assert until(lambda: gone(orphan), every=0.01) < 2.0
-    assert lab.job(first).state == "running"
-    lab.start(slots=1)
-    until(lab.finished)
-    assert [lab.job(job).state for job in (first, second)] == ["succeeded"] * 2
-    assert begun(lab.files(first)) == 2
-    assert "goes on from its checkpoint" in lab.files(first).log.read_text()
-    assert [row["row"] for row in lab.files(first).rows()] == list(range(241))
-
-
 @long
 @both()
 def test_sigterm_lets_running_jobs_be_queued_again_within_seconds(lab: Lab) -> None:
@@ -93,14 +76,13 @@ def test_a_newer_build_runs_what_an_older_one_queued(lab: Lab, tmp_path: Path) -
     """DBOS would give changed code a new version, and let the old version's jobs wait for ever."""
     job = lab.store.submit(TINY)
     newer = tmp_path / "newer"
-    for wing in ("app", "rigs", "knitlab_core"):
-        shutil.copytree(ROOT / wing, newer / wing, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "app", newer / "app", ignore=shutil.ignore_patterns("__pycache__"))
     source = newer / "app" / "service" / "deliveries.py"
     text = source.read_text()
     assert "work(str(DBOS.workflow_id))" in text
     source.write_text(text.replace("work(str(DBOS.workflow_id))", "newer = str(DBOS.workflow_id)\n        work(newer)"))
     lab.start(root=newer)
-    until(lab.finished, patience=900.0)
+    until(lab.finished)
     assert lab.job(job).state == "succeeded"
 
 

@@ -150,12 +150,12 @@ def test_a_second_server_on_the_store_says_so_in_one_line(lab: Lab) -> None:
     second = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: S603 (our own)
     assert second.returncode == 2
     assert second.stderr.count("\n") == 1
-    assert f"process {lab.workers[0].pid} " in second.stderr
+    assert f"process {lab.workers[-1].pid} " in second.stderr
 
 
 def test_the_fork_server_has_one_thread(lab: Lab) -> None:
     """OpenMP's threads do not survive a fork: kernels that want them would kill the children."""
-    children = psutil.Process(lab.workers[0].pid).children()
+    children = psutil.Process(lab.workers[-1].pid).children()
     servers = [child for child in children if any("forkserver" in word for word in child.cmdline())]
     assert [server.num_threads() for server in servers] == [1]
 
@@ -168,3 +168,19 @@ def test_what_every_process_imports_is_light(module: str) -> None:
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)  # noqa: S603 (our own)
     assert done.stdout.split() == []
+
+
+def test_a_killed_server_comes_back_and_goes_on_and_leaves_no_orphan(lab: Lab) -> None:
+    first, second = lab.store.submit(cycles(120)), lab.store.submit(TINY)
+    until(lambda: lab.process(first) is not None and lab.has_rows(first, 5))
+    orphan = lab.process(first)
+    assert orphan is not None
+    lab.kill(lab.workers[-1])
+    assert until(lambda: gone(orphan), every=0.01) < 2.0
+    assert lab.job(first).state == "running"
+    lab.start(slots=1)
+    until(lab.finished)
+    assert [lab.job(job).state for job in (first, second)] == ["succeeded"] * 2
+    assert begun(lab.files(first)) == 2
+    assert "goes on from its checkpoint" in lab.files(first).log.read_text()
+    assert [row["row"] for row in lab.files(first).rows()] == list(range(241))
