@@ -238,6 +238,7 @@ def test_run_shows_progress_on_stderr_alone(say: Callable[..., Said], end_with: 
         "message": "all steps done",
         "folder": "runs/x",
         "figures": [{"name": "stress C at 20 %", "value": 1234.5, "unit": "Pa"}],
+        "steps": [],
     }
 
 
