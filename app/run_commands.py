@@ -60,7 +60,7 @@ def resume(
 
     ended = has_ended(run)
     if ended is not None:
-        complain(f"{run}: has ended already: {ended.end} {ended.message}")
+        complain(f"{run}: has ended already: {ended.end}{': ' if ended.message else ''}{ended.message}")
         raise typer.Exit
     with Bar(hidden=quiet) as bar:
         result = resume_run(run, bar.show)

@@ -1,7 +1,8 @@
 """Write ``run.h5``, the truth of a test.
 
 Every dataset is made when the file is, rows are only appended, and each is flushed: raw data first,
-then the lengths. So a run killed at any moment leaves a file that any HDF5 program opens.
+then the lengths. So a run killed between two rows, or nearly anywhere in one, leaves a file that any HDF5
+program opens (docs/decisions/0011).
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
@@ -54,7 +55,7 @@ def run_protocol(
     progress : callable
         Told the share done [1] and what is being done.
     exact : bool
-        Run in `out` itself, whatever else is in it but a run.
+        Run in `out` itself, whatever else is in it but a run that can be gone on with.
     chosen : Mapping, optional
         Values for some of its parameters, in the place of its own.
 
@@ -96,7 +97,7 @@ def run_loaded(
     watch : callable or None
         Told number, row and strains [1] of every equilibrium.
     exact : bool
-        Run in `out` itself, whatever else is in it but a run.
+        Run in `out` itself, whatever else is in it but a run that can be gone on with.
     pictures : bool
         Whether to draw the plot and the knit too.
     """
@@ -175,9 +176,13 @@ def _announce() -> None:
 
 
 def _exactly(folder: Path) -> Path:
-    """Make a folder, or take it as it is if there is no run in it."""
+    """Make a folder, or take it as it is if there is no run in it, or one killed before its first row was whole."""
     folder.mkdir(parents=True, exist_ok=True)
-    if (folder / RECORD).exists():
+    found = (folder / CHECKPOINT).exists()
+    with suppress(FileNotFoundError, FormatError):
+        RunReader(folder / RECORD)
+        found = True
+    if found:
         raise SpecificationError("out", str(folder), "a folder without a run; `knitlab resume` goes on with one")
     return folder
 

@@ -65,7 +65,9 @@ def test_ctrl_c_keeps_what_was_recorded(tmp_path: Path) -> None:
     run = RunReader(record)
     assert run.outcome.end == "abort"
     assert run.outcome.message == f"interrupted; {len(run.trace)} equilibria kept"
-    assert err.splitlines()[-1] == f"{protocol}: abort: {run.outcome.message}"
+    assert err.splitlines()[-1] == (
+        f"{protocol}: abort: {run.outcome.message}; go on with: knitlab resume {tmp_path / 'run'}"
+    )
     rows = len(run.samples["biaxial-hook"].time)
     assert (tmp_path / "run" / "tiny.csv").read_bytes().count(b"\r\n") == rows + 1
 
@@ -90,8 +92,8 @@ def test_the_first_run_says_that_it_compiles_and_how_long(
         return mount(*arguments)
 
     monkeypatch.setattr("app.usecases.cache_is_cold", lambda: cold)
-    monkeypatch.setattr("app.usecases.mount", mount_and_listen)
-    monkeypatch.setattr("app.usecases.perform", lambda *_: iter([Outcome(end="target")]))
+    monkeypatch.setattr("app.carry_out.mount", mount_and_listen)
+    monkeypatch.setattr("app.carry_out.perform", lambda *_: iter([Outcome(end="target")]))
     run_protocol(protocol, tmp_path / "run", lambda _share, _text: None)
     assert [("compiling" in text, "about a minute" in text) for text in said] == [(cold, cold)]
 
@@ -102,7 +104,7 @@ def test_a_run_that_diverges_is_code_3_with_a_record(
 ) -> None:
     protocol = tmp_path / "p.yaml"
     protocol.write_text(PROTOCOL.replace("increment: 0.002", "increment: 0.02"), encoding="utf-8")
-    monkeypatch.setattr("app.usecases.perform", partial(perform, options=Options(max_iterations=1)))
+    monkeypatch.setattr("app.carry_out.perform", partial(perform, options=Options(max_iterations=1)))
     monkeypatch.setattr(sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet"])
     with pytest.raises(SystemExit) as raised:
         main()

@@ -268,7 +268,30 @@ def test_the_exit_code_says_how_a_run_ended(
     lines = said.err.splitlines()
     assert len(lines) == (0 if isinstance(end, KeyboardInterrupt) or end == Ended() else 1)
     if isinstance(end, Ended) and lines:
-        assert lines[0] == f"{SMALL}: {end.outcome}: why it ended"
+        hint = "; go on with: knitlab resume runs/x" if end.outcome == "abort" else ""
+        assert lines[0] == f"{SMALL}: {end.outcome}: why it ended{hint}"
+
+
+def test_resume_leaves_a_run_that_has_ended(say: Callable[..., Said], tmp_path: Path) -> None:
+    make_run(tmp_path / "run.h5")
+    before = (tmp_path / "run.h5").read_bytes()
+    for run in (tmp_path, tmp_path / "run.h5"):
+        said = say("resume", run)
+        assert (said.code, said.out, said.err) == (0, "", f"{run}: has ended already: target\n")
+    assert (tmp_path / "run.h5").read_bytes() == before
+
+
+def test_resume_of_what_is_no_run_is_code_2(say: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "run.h5").write_bytes(b"no run")
+    for words, says in (
+        (["resume"], "RUN"),
+        (["resume", tmp_path / "none"], "no such file or directory"),
+        (["resume", tmp_path / "bad"], "expected the record of a run"),
+    ):
+        said = say(*words)
+        assert said.code == 2
+        assert says in said.err
 
 
 def test_plot_writes_one_figure_of_runs(say: Callable[..., Said], tmp_path: Path) -> None:

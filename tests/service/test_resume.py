@@ -275,6 +275,7 @@ def test_a_run_in_an_exact_folder_spares_what_is_there(tmp_path: Path, monkeypat
     protocol.write_text(ELASTIC[: ELASTIC.index("  - preload")], encoding="utf-8")
     folder.mkdir(parents=True)
     (folder / "job.log").touch()
+    (folder / "run.h5").write_bytes(b"killed before its first row was whole")
     result = run_protocol(protocol, folder, silent, exact=True)
     assert result.folder == folder
     assert {one.name for one in folder.iterdir()} == {"job.log", "run.h5"}
