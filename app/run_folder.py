@@ -6,10 +6,13 @@ import os
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+
+
+_UNFINISHED: Final = ".unfinished-"
 
 
 def make_run_folder(wanted: Path) -> Path:
@@ -53,7 +56,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     Path
         Temporary name in the same folder, with the same suffix.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{_UNFINISHED}{path.stem}-", suffix=path.suffix)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -64,6 +67,12 @@ def whole_file(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what a process left half-written that was killed; call where no other is at work in the folder."""
+    for path in folder.rglob(f"{_UNFINISHED}*"):
+        path.unlink()
 
 
 def write_whole(path: Path, chunks: Iterable[bytes]) -> Path:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
-from app.run_folder import make_run_folder
+from app.run_folder import make_run_folder, remove_unfinished
 from app.run_layout import reaches
 from app.run_lock import locked
 from app.run_reader import RunReader
@@ -141,6 +141,7 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
     began = perf_counter()
     folder = _folder(run)
     with locked(folder):
+        remove_unfinished(folder)
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":

@@ -193,6 +193,7 @@ def test_what_may_and_what_may_not_go_on(
 ) -> None:
     run = small(tmp_path, monkeypatch, 3)
     checkpoint, record = run / CHECKPOINT, run / "run.h5"
+    (run / ".unfinished-checkpoint-0.h5").touch()
     copy = shutil.copytree(run, tmp_path / "copy")
     assert has_ended(run) is None
 
@@ -226,6 +227,7 @@ def test_what_may_and_what_may_not_go_on(
     checkpoint.unlink()
     assert resume_run(record, silent).outcome == "target"
     assert "starts from the beginning" in capsys.readouterr().err
+    assert {one.name for one in run.iterdir()} == {"run.h5"}
     rows = len(RunReader(copy / "run.h5").trace)
     assert len(RunReader(record).trace) == rows
     # What has ended is left alone.
