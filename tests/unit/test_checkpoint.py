@@ -202,3 +202,20 @@ def test_a_block_that_fails_gives_the_lock_back(tmp_path: Path) -> None:
     for attempt in attempts:
         with pytest.raises(ZeroDivisionError):
             attempt()
+
+
+SUM = "import app, numpy; a = numpy.random.default_rng(0).standard_normal(10**6); print(float(numpy.vdot(a, a)).hex())"
+
+
+def test_long_sums_are_the_same_whatever_threads_there_are() -> None:
+    sums = [
+        subprocess.run(  # noqa: S603
+            [sys.executable, "-P", "-c", SUM],
+            env={"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": threads},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for threads in ("1", "2", "3")
+    ]
+    assert len(sums[0]) > 10
+    assert len(set(sums)) == 1
