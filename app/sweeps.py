@@ -183,7 +183,7 @@ def _table(points: Sequence[PointResult]) -> str:
 
 
 def _plot(points: Sequence[PointResult], path: Path) -> Path:
-    """Plot stress over strain of all points that have rows, one panel an axis, from light to dark."""
+    """Plot stress over strain of all points that have rows, one panel an axis, from dark to light."""
     from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415
 

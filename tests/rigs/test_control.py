@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.rig_data import machines_of, read_machine
+from knitlab_core.materials import Value, material_named
 from rigs.checkpoint import Checkpoint, put_back
 from rigs.experiment import perform
 from rigs.protocol import (
@@ -260,6 +261,22 @@ def test_a_force_that_drops_is_a_rupture(control: Callable[..., Run]) -> None:
     assert min(falls[0], before.force["C"] / start.force["C"]) > 0.5
     assert min(falls[1], last.force["C"] / start.force["C"]) <= 0.5
     assert ran.outcome.end == "target"
+
+
+def test_a_fibre_that_takes_the_force_with_it_is_a_rupture_and_the_protocol_goes_on(
+    control: Callable[..., Run],
+) -> None:
+    resin = material_named("RGD8530-DM")
+    brittle = replace(resin, elongation_at_break=Value(value=0.06, unit="1", source="made up", assumed=True))
+    step = UntilRupture(axes=("C", "W"), rate=SPEED, drop=0.4)
+    ran = control(step, Image(tag="after"), material=brittle, rupture="go on", increment=0.02)
+    assert [one.end for one in ran.steps] == ["rupture", "target"]
+    assert ran.outcome == Outcome(end="rupture", message=ran.steps[0].message)
+    assert ran.pictures == [ran.rows[-1].time]
+    forces = {axis: ran.column("force", axis) for axis in ("C", "W")}
+    assert any(force[-1] <= 0.6 * force.max() for force in forces.values())
+    # The fibre broke with the carriages where they were.
+    assert ran.rows[-1].displacement == ran.rows[-2].displacement
 
 
 STEPS: tuple[Step, ...] = (
