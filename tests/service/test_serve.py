@@ -161,6 +161,7 @@ def test_mistakes_are_one_line(service: str, say: Callable[..., Said], tmp_path:
         assert len(said.err.splitlines()) == 1, said.err
 
 
+@pytest.mark.slow
 def test_a_service_with_a_token(tmp_path: Path) -> None:
     with serving(tmp_path, "--slots", 0, "--host", "0.0.0.0", KNITLAB_TOKEN="s3cret") as (address, process):  # noqa: S104, S106
         local = address.replace("0.0.0.0", "127.0.0.1")  # noqa: S104 (it asks for a token)
