@@ -80,14 +80,17 @@ def pulled(mu: float) -> float:
     return float(-state.reaction[last, 1]) / TENSION
 
 
-@pytest.mark.parametrize("mu", [0.1, 0.3])
+RESIDUE: Final = "docs/hooks.md: 2.3 % off at mu = 0.3, with finer edges and softer yarn 2.1 %; the cause is not found"
+
+
+@pytest.mark.parametrize("mu", [0.1, pytest.param(0.3, marks=pytest.mark.xfail(reason=RESIDUE))])
 def test_yarn_slips_around_a_wire(bar: Callable[..., None], mu: float) -> None:
     share = 1.0 / APART
     exponent = (np.sqrt(1.0 + 4.0 * mu * share * mu * (1.0 - share)) - 1.0) / (2.0 * mu * share)
     bar(
         f"yarn hung over a wire as thick, mu = {mu}: T2 / T1 against exp(L pi)",
         figure=pulled(mu) / np.exp(exponent * np.pi) - 1.0,
-        limit=0.03,
+        limit=0.02,
         unit="1",
         source="Euler 1769, with friction's couple",
     )
