@@ -76,9 +76,11 @@ def _attempt(files: JobFolder) -> None:
         files.write_result(_said(Result(end="error", message=str(error), failed=True)))
     except MemoryError:
         files.write_result(_said(Result(end="memory", message="the system has no memory left", failed=True)))
-    except BaseException:
-        traceback.print_exc()
-        raise
+    except BaseException as error:
+        # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
+        (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
+        sys.stderr.write(f"{type(error).__name__}: {error}\n")
+        raise SystemExit(1) from error
     else:
         failed = ended.outcome == "diverged"
         files.write_result(_said(Result(end=ended.outcome, message=ended.message, failed=failed)))

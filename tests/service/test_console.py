@@ -179,6 +179,11 @@ def test_it_reads_in_light_and_dark(browser: Browser, service: str, scheme: str)
     assert (high + 0.05) / (low + 0.05) > 7.0
 
 
+def test_the_documentation_of_rest_needs_no_internet(page: Page, service: str) -> None:
+    page.goto(f"{service}/docs")
+    expect(page.get_by_text("Submit a protocol", exact=True)).to_be_visible()
+
+
 def luminance(colour: str) -> float:
     """Return the relative luminance of a CSS colour (WCAG 2.2)."""
     parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]

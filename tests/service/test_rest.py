@@ -198,6 +198,8 @@ def test_a_sweep_is_accepted_whole(http: httpx.Client, store: Store, protocol: s
     peaks = [plan["strokes"][1]["end_m"]["C"] / lengths["C"] for plan in plans]
     assert peaks == pytest.approx([0.05, 0.10, 0.15])
     assert http.post("/v1/sweeps", json=body, headers=key).json()["sweep"] == answer.json()["sweep"]
+    own = protocol.replace("steps:", "sweep: {peak: [5 %, 10 %]}\nsteps:")
+    assert http.post("/v1/sweeps", json={"protocol": own}).json()["count"] == 2
     listed = {"protocols": [{"protocol": protocol}, EXAMPLE_JSON]}
     assert http.post("/v1/sweeps", json=listed).json()["count"] == 2
 

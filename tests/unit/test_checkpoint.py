@@ -21,8 +21,10 @@ from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.checkpoint import Checkpoint
+from rigs.controller import Memory
 from rigs.cursor import END, START, Cursor, Place
 from rigs.instruments import Zeroing
+from rigs.motion import Course
 from tests.synthetic_run import frame, row
 from tests.unit.equilibrium.strands import strand
 from tests.unit.test_runs import writer
@@ -37,8 +39,16 @@ ORIGIN = Origin(name="ü", protocol="name: ü\n", materials="", facts={"seed": 1
 def saved(**more: object) -> Saved:
     _, state = strand()
     cursor = Cursor(
+        memory=Memory(
+            course=Course(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
+            tare={"C": 1.0 / 7.0},
+            shown={},
+            first={"C": 0.0},
+            peak={"C": 5e-324},
+            image_tag="ü",
+        ),
+        leaf=1,
         stroke=3,
-        reached={1: {"C": 0.1 + 0.2, "W": -1e-300}},
         begun=1.5,
         leg=2,
         origin={"C": 1.0 / 3.0, "W": 0.0},
@@ -106,7 +116,8 @@ def fill(run: RunWriter, count: int) -> None:
     for k in range(count):
         run.append(replace(row(float(k), 0.1, 1, "Stretch"), tag=f"tag {k // 4}"))
         if k % 5 == 0:
-            run.add_frame(replace(frame(float(k), 0.1, 1, "Stretch"), nodes=np.ones((4, 3)), axial_strain=np.ones(3)))
+            shape = replace(frame(float(k), 0.1, 1, "Stretch"), nodes=np.ones((4, 3)), axial_strain=np.ones(3))
+            run.add_frame(replace(shape, bending_strain=np.ones(3), contact_force=np.ones(4)))
 
 
 def test_a_record_goes_on_from_where_its_checkpoint_says(tmp_path: Path) -> None:

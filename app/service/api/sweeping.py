@@ -31,7 +31,8 @@ def swept(data: Any, bounds: Bounds) -> list[JobSpec]:  # noqa: ANN401 (whatever
     Parameters
     ----------
     data : dict
-        ``{protocols: [...]}``, or ``{protocol, values: {name: [...]}}`` with what else belongs to a protocol.
+        ``{protocols: [...]}``, or ``{protocol, values: {name: [...]}}`` with what else belongs to a protocol; one that
+        has a `sweep:` of its own needs no values.
     bounds : Bounds
         How many there may be, and how large.
 
@@ -42,10 +43,14 @@ def swept(data: Any, bounds: Bounds) -> list[JobSpec]:  # noqa: ANN401 (whatever
     """
     if isinstance(data, dict) and "protocols" in data:
         found = list(_listed(data, bounds))
-    elif isinstance(data, dict) and "values" in data:
+    elif isinstance(data, dict) and "protocol" in data:
         found = list(_crossed(data, bounds))
     else:
-        raise _wrong("", "a body without jobs", "{protocols: [...]} or {protocol: ..., values: {name: [...]}}")
+        raise _wrong(
+            "",
+            "a body without jobs",
+            "{protocols: [...]} or {protocol: ..., values: {name: [...]}}; a protocol with sweep: needs no values",
+        )
     check_sweep([loaded.protocol for loaded, _ in found], bounds)
     for loaded, _ in found:
         check_plan(dry_run(loaded), bounds)
@@ -70,11 +75,12 @@ def _listed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[tuple[Loaded, s
 
 def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[tuple[Loaded, str]]:
     """Yield a protocol with every combination of some values of its parameters."""
-    values = _checked_values(data["values"])
-    count = prod(len(one) for one in values.values())
-    _check_count(count, bounds, "/values")
     sent = submitted({key: value for key, value in data.items() if key != "values"}, "test")
     base = _data_of(sent)
+    own = base.pop("sweep", None)
+    values = _checked_values(data.get("values", own))
+    count = prod(len(one) for one in values.values())
+    _check_count(count, bounds, "/values")
     params = base.get("params", {})
     for name in values:
         if not isinstance(params, dict) or name not in params:

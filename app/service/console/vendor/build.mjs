@@ -1,5 +1,5 @@
 // Bundle what the console uses of other packages, one file each, and gather their licences.
-import { readdirSync, readFileSync, writeFileSync, existsSync } from "node:fs";
+import { copyFileSync, existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
 const parts = {
@@ -32,6 +32,10 @@ for (const [name, contents] of Object.entries(parts)) {
     if (found) used.add(found[1]);
   }
 }
+
+// The page of the REST documentation comes as one bundle of its own.
+for (const name of ["swagger-ui-bundle.js", "swagger-ui.css"]) copyFileSync(`node_modules/swagger-ui-dist/${name}`, name);
+used.add("swagger-ui-dist");
 
 const licences = [...used].sort().map((name) => {
   const folder = `node_modules/${name}`;
