@@ -15,6 +15,7 @@ from app.cli import main
 from app.run_reader import RunReader
 from app.schemas import load, load_sweep, loads
 from app.sweeps import SweepResult, run_sweep
+from app.usecases import run_protocol
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -202,6 +203,20 @@ def test_what_cannot_be_swept_is_one_line(
     assert code == 2
     assert says in err
     assert len(err.strip().splitlines()) == 1
+
+
+def test_of_four_cycles_driven_together_the_later_ones_repeat(tmp_path: Path) -> None:
+    text = (EXAMPLES / "fig3a" / "fig3a.yaml").read_text(encoding="utf-8")
+    for old, new in (("[6, 6]", "[2, 2]"), ("40 %", "25 %"), ("noise: on", "noise: off")):
+        text = text.replace(old, new)
+    path = tmp_path / "fig3a.yaml"
+    path.write_text(text.replace("steps:", "max_strain_increment: 2.5 %\nsteps:"), encoding="utf-8")
+    result = run_protocol(path, tmp_path / "run", silent)
+    found = {name: value for name, value, _ in result.figures}
+    for axis in ("C", "W"):
+        loops = [found[f"loop area, {axis}, cycle {cycle}"] for cycle in (1, 2, 3, 4)]
+        assert min(loops) > 0.0
+        assert loops[1:] == pytest.approx([loops[1]] * 3, rel=0.05)
 
 
 def test_a_protocol_without_a_sweep_is_not_swept(tmp_path: Path) -> None:
