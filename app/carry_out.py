@@ -26,6 +26,7 @@ from rigs.experiment import perform
 from rigs.instruments import measure
 from rigs.plan import planned_duration
 from rigs.rig import mount
+from rigs.shape import wire_ends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -152,7 +153,7 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         provenance={**task.origin.facts, "started": datetime.now().astimezone().isoformat(timespec="seconds")},
         materials=task.loaded.materials,
         plates=_plates(rig),
-        wires=sum(len(grip.wires) for pair in rig.grips.values() for grip in pair),
+        wires=len(wire_ends(rig, state)),
     )
     # A checkpoint of before is none of the new record.
     task.checkpoint.unlink(missing_ok=True)

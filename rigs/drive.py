@@ -127,6 +127,12 @@ def strain_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
     return shares
 
 
+def inner_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
+    """Return these shares between a stroke's ends, rising; axes that pass a mark together differ by rounding."""
+    inner = sorted(share for share in strain_marks(stroke, gauges) if NEAR < share < 1.0 - NEAR)
+    return [share for before, share in pairwise([0.0, *inner]) if share - before > NEAR]
+
+
 def hold_marks(bench: Bench, stroke: Stroke) -> list[float]:
     """Return the shares of a hold between the equilibria of a yarn that relaxes."""
     relaxation = bench.rig.work.model.relaxation

@@ -14,7 +14,7 @@ from rigs.bench import Bench
 from rigs.checkpoint import Checkpoint
 from rigs.controller import controller_of
 from rigs.cursor import Cursor
-from rigs.drive import drive, hold, hold_marks, image_shares
+from rigs.drive import drive, hold, hold_marks, image_shares, inner_marks
 from rigs.endings import Ending, Watch
 from rigs.instruments import Zeroing
 from rigs.leaves import leaves
@@ -194,7 +194,7 @@ def _do(bench: Bench, stroke: Stroke, watch: Watch) -> Generator[Event, None, En
     seeks = stroke.stop_force is not None or (watch.until is not None and watch.until.force is not None)
     if straight and not seeks:
         return (yield from drive(bench, stroke, watch))
-    marks = hold_marks(bench, stroke) if stroke.phase == "Hold" else []
+    marks = hold_marks(bench, stroke) if stroke.phase == "Hold" else inner_marks(stroke, bench.rig.gauges)
     ending = yield from steer(bench, stroke, watch, marks, image_shares(stroke, bench.memory, bench.cursor.begun))
     if ending is None or not ending.test:
         yield bench.frame()

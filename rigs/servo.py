@@ -36,7 +36,10 @@ FORCE_TOLERANCE: Final = 5e-4
 """A force is met within this share of itself; a force of nought within as much of the largest on the rig."""
 
 PLACE_TOLERANCE: Final = 1e-3
-"""A crosshead is met within this share of what the machine gives way."""
+"""A crosshead is met within this share of what the machine gives way ..."""
+
+PLACE_FINEST: Final = 1e-6
+"""... and no more finely than this strain: half a digit of an encoder on a specimen of 5 cm."""
 
 FINEST_DIGIT: Final = 1e-2
 """No force is met more finely than this share of the smallest digit of its load cell."""
@@ -201,7 +204,7 @@ class Search:
                 strain = (stands[order.leader] - order.lead) / rig.gauges[order.leader]
                 missed.append(((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6)
             else:
-                bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + 1e-9 * rig.gauges[axis]
+                bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + PLACE_FINEST * rig.gauges[axis]
                 beyond = train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)
                 open_ = force[axis] / (FORCE_TOLERANCE * largest + finest)
                 missed.append(min(beyond / bar, open_) if train.gap > 0.0 else beyond / bar)

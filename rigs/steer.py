@@ -75,7 +75,8 @@ def steer(
         before = bench.displacement
         row = bench.accept(settled.step, stroke, settled.crosshead)
         pictured = any(abs(image - share) <= 1e-9 for image in images)
-        if not pictured and bench.passes_frame(before):
+        marked = any(abs(mark - share) <= 1e-9 for mark in marks)
+        if not pictured and stroke.phase != "Hold" and (marked or bench.passes_frame(before)):
             yield bench.frame()
         yield row
         over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead)

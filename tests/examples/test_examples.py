@@ -46,7 +46,8 @@ class Ran:
     def stress(self, axis: Axis, at: float, *, cycle: int = 1, way: Phase = "Stretch") -> float:
         """Return the stress of a branch at a strain [Pa]."""
         strain, stress = self.curve(axis, cycle, way)
-        assert strain[0] <= at <= strain[-1] + 1e-12
+        # A frame gives way by less than half a digit of its encoder.
+        assert strain[0] <= at <= strain[-1] + 1e-6
         return float(np.interp(at, strain, stress))
 
     def loop_area(self, axis: Axis, cycle: int) -> float:
@@ -165,7 +166,7 @@ def test_a_knit_with_free_sides_is_far_softer_than_one_held(uniaxial: Ran, main_
 
 
 def test_a_knit_with_free_sides_gets_narrower(uniaxial: Ran) -> None:
-    frames = [frame for frame in uniaxial.run.frames() if round(frame.strain["C"], 9) in {0.0, 0.2, 0.3}]
+    frames = [frame for frame in uniaxial.run.frames() if round(frame.strain["C"], 5) in {0.0, 0.2, 0.3}]
     # Free loops below and above, and the hooks that slide along their poles.
     sites = make_specimen(from_yaml(uniaxial.run.protocol).specimen).sites
     for width in (

@@ -35,7 +35,7 @@ rig: sem-microgripper
 specimen: {knit: volumetric-default, loops: [2, 1, 2], loop: 50 um, material: IP-Dip, nodes_per_loop: 24}
 speed_ref: pair
 others: free
-log: {rate: 0.5 Hz, noise: off}
+log: {rate: 5 Hz, noise: off}
 max_strain_increment: 4 %
 steps:
   - zero: {channels: [force, displacement]}

