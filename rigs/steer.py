@@ -76,7 +76,9 @@ def steer(
         row = bench.accept(settled.step, stroke, settled.crosshead)
         pictured = any(abs(image - share) <= 1e-9 for image in images)
         marked = any(abs(mark - share) <= 1e-9 for mark in marks)
-        if not pictured and stroke.phase != "Hold" and (marked or bench.passes_frame(before)):
+        # Where the stroke ends a frame is kept in any case.
+        between_ends = stroke.phase != "Hold" and share < last - 1e-9
+        if between_ends and not pictured and (marked or bench.passes_frame(before)):
             yield bench.frame()
         yield row
         over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead)

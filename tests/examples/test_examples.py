@@ -180,7 +180,7 @@ def test_a_knit_with_free_sides_gets_narrower(uniaxial: Ran) -> None:
 
 def test_a_knit_with_free_sides_stretches_without_its_yarn(uniaxial: Ran) -> None:
     peak = max(uniaxial.run.frames(), key=lambda frame: frame.strain["C"])
-    assert peak.strain["C"] == pytest.approx(0.3)
+    assert peak.strain["C"] == pytest.approx(0.3, abs=1e-6)
     assert np.abs(peak.axial_strain).max() < 1e-3
     assert energy_balance_error(uniaxial.run.trace) <= 0.01
 

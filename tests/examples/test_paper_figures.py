@@ -46,8 +46,16 @@ class Drawn:
         return float(np.trapezoid(self.stress, self.strain))
 
 
+def rigid(data: MachineData) -> MachineData:
+    """Return the numbers of a machine that gives no way and has no gap to close."""
+    stiff = replace(data.carriage.compliance, value=0.0)
+    return replace(data, carriage=replace(data.carriage, compliance=stiff, gap=None))
+
+
 def draw(protocol: Protocol, tag: str = "pile", balance: float = 0.01) -> Drawn:
-    rig, state = mount(make_specimen(protocol.specimen), protocol, machines_of(protocol))
+    """Carry out a protocol on rigid machines: what is looked at here is the knit."""
+    machines = {name: rigid(data) for name, data in machines_of(protocol).items()}
+    rig, state = mount(make_specimen(protocol.specimen), protocol, machines)
     *events, outcome = perform(rig, state, protocol)
     assert isinstance(outcome, Outcome)
     trace = trace_of([event for event in events if isinstance(event, Equilibrium)])
@@ -119,7 +127,7 @@ def test_fused_points_make_the_micro_knit_stiffer_until_they_break() -> None:
 
 
 def test_a_fused_knit_goes_on_after_its_fibre_broke() -> None:
-    protocol = shortened(load(EXAMPLES / "fig5" / "micro_2.yaml").protocol, 0.095, 0.0125)
+    protocol = shortened(load(EXAMPLES / "fig5" / "micro_2.yaml").protocol, 0.0675, 0.0125)
     law = protocol.specimen.fused
     assert law is not None
     # Necks twice as wide hold until the fibre gives.
