@@ -20,6 +20,7 @@ from rigs.rig import mount
 from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
+    from rigs.machine import MachineData
     from rigs.protocol import Protocol, Step
     from rigs.record import FloatArray, Trace
 
