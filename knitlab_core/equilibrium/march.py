@@ -10,7 +10,7 @@ from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
-from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest
+from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
@@ -145,8 +145,10 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
     if not report.converged:
         return None, report
     memory, poles, slip_work = work.settle()
-    reaction = np.where(model.fixed, gradient, 0.0)
     increment = q - state.q
+    # What drags on the fixtures is no force of the strands.
+    gradient[:, :3] -= work.drag * increment[:, :3]
+    reaction = np.where(model.fixed, gradient, 0.0)
     pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
     return (
         replace(
@@ -214,6 +216,8 @@ def march(
         found, report = advance(work, origin, path(end), options, duration=span)
         if found is None and step < 2.0 * SMALLEST_STEP * whole and np.isfinite(report.residual):
             return _snap(work, origin, path(end), options, span)
+        if found is not None and report.iterations > EASY:
+            found = counted(origin, found)
         return found, report
 
     while at < 1.0:

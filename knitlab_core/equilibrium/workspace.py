@@ -58,7 +58,7 @@ class Workspace:
     poles : Poles or None
         Hooks on poles that rub, and wires; None without either.
     drag : float
-        Resistance of free nodes to their motion since the step began [E r], as by a viscous fluid; nought but in snaps.
+        Resistance of every node to its motion since the step began [E r], as by a viscous fluid; nought but in snaps.
     """
 
     candidates: Candidates
@@ -218,8 +218,7 @@ class Workspace:
             rod_gradient(q, model.rods, frames, g)
             contact_gradient(self.placed, self.candidates, model.samples, model.law, self.pairs, g)
             if self.drag:
-                moved = q[:, :3] - self._origin[:, :3]
-                g[:, :3] += self.drag * np.where(model.fixed[:, :3], 0.0, moved)
+                g[:, :3] += self.drag * (q[:, :3] - self._origin[:, :3])
             for part in self._parts:
                 part.add_gradient(g)
         return g

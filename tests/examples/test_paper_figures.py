@@ -139,6 +139,8 @@ def test_a_fused_knit_goes_on_after_its_fibre_broke() -> None:
     broke = np.flatnonzero(np.diff(columns["fracture_work"]) > 0.0)
     assert len(broke) >= 1
     assert columns["fibre_strain"][: broke[0] + 1].max() == pytest.approx(106.0 / 3000.0, rel=1e-3)
+    # A fused point that broke stays broken, also when a fibre does.
+    assert np.all(np.diff(columns["bonds_whole"]) <= 0.0)
     # What a break lets go is felt at the plates where they stand.
     assert columns["displacement_P"][broke[0] + 1] == columns["displacement_P"][broke[0]]
     assert 0.0 < columns["force_P"][broke[0] + 1] < 0.95 * columns["force_P"][broke[0]]
