@@ -28,7 +28,10 @@ FRAME_MARK: Final = 0.2
 """A frame is kept wherever an axis passes a whole multiple of this strain, and where a stroke ends."""
 
 NEAR: Final = 1e-6
-"""Marks of a stroke that are as near to each other as this share of it are one."""
+"""Marks of a stroke that are as near to each other as this share of it are one ..."""
+
+BESIDE: Final = 1e-3
+"""... and as this one where the places of the axes are searched for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,9 +131,9 @@ def strain_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
 
 
 def inner_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
-    """Return these shares between a stroke's ends, rising; axes that pass a mark together differ by rounding."""
-    inner = sorted(share for share in strain_marks(stroke, gauges) if NEAR < share < 1.0 - NEAR)
-    return [share for before, share in pairwise([0.0, *inner]) if share - before > NEAR]
+    """Return these shares between a stroke's ends, rising; a search leaves an axis beside where it was sent."""
+    inner = sorted(share for share in strain_marks(stroke, gauges) if BESIDE < share < 1.0 - BESIDE)
+    return [share for before, share in pairwise([0.0, *inner]) if share - before > BESIDE]
 
 
 def hold_marks(bench: Bench, stroke: Stroke) -> list[float]:
