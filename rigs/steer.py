@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 MOST_REFINEMENTS: Final = 40
 
+CLOSE: Final = 1e-3
+"""Share of a stroke that is not worth a row of its own."""
+
 SLOWEST_PACE: Final = 1e-3
 """Shortest share of such a stroke from row to row."""
 
@@ -64,8 +67,9 @@ def steer(
         if helm.share >= last and caught_up:
             return _short(helm) if stroke.stop_force is not None and ending is None else ending
         ahead = [mark for mark in (*marks, *images, last) if mark > helm.share + 1e-9] or [last]
-        aim = min(helm.share + helm.pace, *ahead)
-        settled, share = _approach(helm, next((mark for mark in ahead if abs(mark - aim) <= 1e-6), aim))
+        # A step that ends just short of a mark goes on to it: a way that begins beside its place is a little longer.
+        aim, mark = helm.share + helm.pace, min(ahead)
+        settled, share = _approach(helm, mark if aim > mark - CLOSE else aim)
         caught_up = settled.met
         share = share if caught_up else _lag(helm, settled, share)
         _learn(helm, settled, share)

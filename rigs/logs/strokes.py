@@ -38,15 +38,16 @@ def cycle_counts(samples: Samples, travel: FloatArray) -> list[int]:
         Its displacement without noise [m].
     """
     counts = np.zeros(len(samples.time), dtype=np.int64)
-    returned, start = False, 0
+    returned = False
     going = [phase == "Stretch" for phase in samples.phase]
     for k, phase in enumerate(samples.phase):
         if phase == "Recover":
             returned = True
         elif going[k] and not going[k - 1] and returned:
-            returned, start = False, k - 1
+            returned = False
             end = next((i for i in range(k, len(going)) if not going[i]), len(going)) - 1
-            way = np.abs(travel[k : end + 1] - travel[start])
+            # It turned between two samples, or at the lower of them.
+            way = travel[k : end + 1] - travel[k - 1 : k + 1].min()
             first = k + int(np.argmax(way >= COUNTED_AFTER * way[-1]))
             counts[first:] += 1
     return [int(count) for count in counts]

@@ -5,29 +5,37 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import h5py
+
 from app.export import export_log
+from app.run_reader import RunReader
 from rigs.logs.catalogue import LOGS
-from tests.readers.write_files import FRAME, STAGE, as_indenter, run
-from tests.rigs.golden_files import written
+from tests.readers.write_files import FRAME, INDENTER, STAGE, TRIAXIAL, run
 
 PAGE = Path(__file__).parents[2] / "docs" / "files.md"
 SHOWN = 7
-RUNS = {"biotester": "stage", "alemnis-tsv": "indenter"}
+STARTED = "2018-11-13T17:14:09+01:00"
+RUNS = {"biotester": STAGE, "triaxial": TRIAXIAL, "alemnis-tsv": INDENTER}
 
 
 def beginnings(folder: Path) -> dict[str, str]:
     """Return the first lines of every text dialect, from tests done in a folder."""
-    records = {
-        "stage": run(STAGE, folder / "stage"),
-        "frame": run(FRAME, folder / "frame"),
-        "indenter": run(FRAME.replace("frame.1", "indenter"), folder / "indenter", as_indenter),
-    }
-    begun = {"triaxial": written("triaxial", "en").decode()}
+    records: dict[str, RunReader] = {}
+    begun = {}
     for name, log in LOGS.items():
-        if log.kind == "text" and name not in begun:
-            path = export_log(records[RUNS.get(name, "frame")], folder, name)
-            begun[name] = path.read_bytes().decode()
+        text = RUNS.get(name, FRAME)
+        if log.kind == "text":
+            if text not in records:
+                records[text] = _dated(run(text, folder).path)
+            begun[name] = export_log(records[text], folder, name).read_bytes().decode()
     return {name: "\n".join(begun[name].split("\r\n")[:SHOWN]) for name in LOGS if name in begun}
+
+
+def _dated(path: Path) -> RunReader:
+    """Give a record the date of the page."""
+    with h5py.File(path, "r+") as file:
+        file.attrs["started"] = STARTED
+    return RunReader(path)
 
 
 def blocks(begun: dict[str, str]) -> str:
