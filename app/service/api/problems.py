@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
-from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
+from starlette.routing import Route
 
 from app.schemas import ProtocolError
 from app.service.jobs import KeyReusedError, UnknownJobError
@@ -190,13 +190,19 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
     return await _on_problem(request, ProblemError("invalid-request", detail, errors=places))
 
 
+def _is_route(request: Request) -> bool:
+    """Tell whether a route has this path, whatever its method."""
+    routes = (route for route in request.app.routes if isinstance(route, Route))
+    return any(route.path_regex.match(request.url.path) for route in routes)
+
+
 async def _on_http(request: Request, error: Exception) -> Response:
     """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
     status, detail = error.status_code, str(error.detail)
     # What is no route falls to the files of the console, which know no method but GET.
-    if status == HTTPStatus.NOT_FOUND or isinstance(request.scope.get("endpoint"), StaticFiles):
+    if status == HTTPStatus.NOT_FOUND or not _is_route(request):
         status, detail = HTTPStatus.NOT_FOUND, "path: found no such route, allowed those that /docs lists"
     title = HTTPStatus(status).phrase
     return problem_response(status, title, detail, request.url.path, headers=error.headers)
