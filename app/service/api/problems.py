@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
-from starlette.routing import Route
+from starlette.routing import Match, Mount
 
 from app.schemas import ProtocolError
 from app.service.jobs import KeyReusedError, UnknownJobError
@@ -192,8 +192,8 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
 
 def _is_route(request: Request) -> bool:
     """Tell whether a route has this path, whatever its method."""
-    routes = (route for route in request.app.routes if isinstance(route, Route))
-    return any(route.path_regex.match(request.url.path) for route in routes)
+    routes = (route for route in request.app.routes if not isinstance(route, Mount))
+    return any(route.matches(request.scope)[0] is not Match.NONE for route in routes)
 
 
 async def _on_http(request: Request, error: Exception) -> Response:

@@ -1,0 +1,2 @@
+# Programs of another environment: `make readers`.
+collect_ignore_glob = ["read_*.py"]
