@@ -73,9 +73,9 @@ def _attempt(files: JobFolder) -> None:
     except StopAskedError:
         raise
     except KnitlabError as error:
-        files.write_result(_said(Result(end="error", message=str(error), failed=True)))
+        _end(files, Result(end="error", message=str(error), failed=True))
     except MemoryError:
-        files.write_result(_said(Result(end="memory", message="the system has no memory left", failed=True)))
+        _end(files, Result(end="memory", message="the system has no memory left", failed=True))
     except BaseException as error:
         # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
         (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
@@ -83,7 +83,7 @@ def _attempt(files: JobFolder) -> None:
         raise SystemExit(1) from error
     else:
         failed = ended.outcome == "diverged"
-        files.write_result(_said(Result(end=ended.outcome, message=ended.message, failed=failed)))
+        _end(files, Result(end=ended.outcome, message=ended.message, failed=failed))
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:
@@ -105,10 +105,10 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     return run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
 
 
-def _said(result: Result) -> Result:
-    """Log how the job ended."""
+def _end(files: JobFolder, result: Result) -> None:
+    """Say how the job ended: the result first, so that one killed in between does not end twice."""
+    files.write_result(result)
     _log(f"{'failed' if result.failed else 'done'}: {result.end}{': ' if result.message else ''}{result.message}")
-    return result
 
 
 class _Watch:
