@@ -5,7 +5,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check readers validate bench format console-parts clean
+.PHONY: help demo test test-long check readers validate bench format console-parts clean
 
 help:  ## Show what can be made.
 	@sed -n 's/^\([a-z-]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
@@ -15,6 +15,9 @@ demo: .venv/installed  ## Run the main job: a 6x6 knit, two biaxial cycles to 40
 
 test: .venv/installed-dev  ## Run the tests, slow ones left out. TESTS=path picks some.
 	$(BIN)/pytest --numprocesses 2 $(TESTS)
+
+test-long: .venv/installed-dev  ## Run the slow tests too: storms of jobs, the paper's figures (hours). TESTS=path picks some.
+	$(BIN)/pytest -m "" $(TESTS)
 
 check: .venv/installed-dev  ## Check format, lint, types and the direction of imports.
 	$(BIN)/ruff format --check .

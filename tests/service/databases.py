@@ -9,9 +9,13 @@ import signal
 import socket
 import subprocess
 import tempfile
+import uuid
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import psycopg
+from psycopg import sql
 
 from tests.service.lab import until
 
@@ -23,6 +27,14 @@ def postgres_programs() -> Path | None:
     """Return the folder of PostgreSQL's programs; None without."""
     found = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
     return found[-1].parent if found else None
+
+
+def new_database(url: str) -> str:
+    """Make an empty database on a server and return its URL."""
+    name = f"lab_{uuid.uuid4().hex}"
+    with psycopg.connect(url, autocommit=True) as connection:
+        connection.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(name)))
+    return f"{url.rsplit('/', 1)[0]}/{name}"
 
 
 @contextmanager
@@ -59,6 +71,6 @@ def postgres() -> Iterator[str]:
         until(lambda: begin("pg_isready", "-h", "127.0.0.1", "-p", port, "-q").wait() == 0, 60.0, 0.1)
         yield f"postgresql://lab@127.0.0.1:{port}/postgres"
     finally:
-        server.send_signal(signal.SIGINT)
+        server.send_signal(signal.SIGQUIT)  # at once: nothing in it is kept
         server.wait()
         shutil.rmtree(folder, ignore_errors=True)

@@ -15,8 +15,6 @@ import psutil
 from tests.service.lab import begun, cycles, ended, until
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from app.service.jobs import Job
     from tests.service.lab import Lab
 
@@ -99,13 +97,7 @@ def _ended(lab: Lab) -> int:
 def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.Random, slots: int) -> None:
     """Do one harm."""
     if blow == "child":
-        # Once each: a job whose process dies three times has failed, and rightly.
-        for job, process in _at_work(lab, jobs):
-            if job.id not in hit:
-                hit.add(job.id)
-                with suppress(psutil.NoSuchProcess):
-                    process.kill()
-                return
+        until(lambda: _killed_one(lab, jobs, hit) or lab.finished())
         return
     worker = chance.choice([one for one in lab.workers if one.poll() is None])
     if blow == "freeze":
@@ -118,11 +110,16 @@ def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.
     lab.start(slots)
 
 
-def _at_work(lab: Lab, jobs: list[Job]) -> Iterator[tuple[Job, psutil.Process]]:
-    running = {job.id for job in lab.store.list(100, state="running").jobs}
+def _killed_one(lab: Lab, jobs: list[Job], hit: set[str]) -> bool:
+    """Kill the process of a job, of each once: a job whose process dies three times has failed, and rightly."""
+    running = {job.id for job in lab.store.list(100, state="running").jobs} - hit
     for job in jobs:
         if job.id in running and (process := lab.process(job)) is not None:
-            yield job, process
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+                hit.add(job.id)
+                return True
+    return False
 
 
 def _count(lab: Lab, jobs: list[Job], seconds: float) -> Tally:

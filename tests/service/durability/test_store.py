@@ -26,14 +26,19 @@ SPEC = JobSpec(name="a", protocol="text: of a protocol\n", materials="text of ma
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    with Store(settings(tmp_path, {})) as made:
+def store(database: str, tmp_path: Path) -> Iterator[Store]:
+    with Store(settings(tmp_path, {"KNITLAB_DB": database})) as made:
         yield made
 
 
 def rows_of(store: Store, table: str) -> list[dict[str, object]]:
     with store.engine.begin() as connection:
-        return [dict(row) for row in connection.execute(sa.text(f"SELECT * FROM {table}")).mappings()]  # noqa: S608
+        return [dict(row) for row in connection.execute(sa.text(f"SELECT * FROM {dbos(store, table)}")).mappings()]  # noqa: S608
+
+
+def dbos(store: Store, table: str) -> str:
+    """Name a table of DBOS's."""
+    return table if store.settings.embedded else f"dbos.{table}"
 
 
 def test_a_job_is_there_once_accepted(store: Store) -> None:
@@ -130,7 +135,8 @@ def test_what_a_dead_worker_took_is_queued_again_but_not_what_was_cancelled(stor
     """The contract with DBOS's private recovery."""
     jobs = store.submit_all([SPEC] * 3)
     with store.engine.begin() as connection:
-        connection.execute(sa.text("UPDATE workflow_status SET status='PENDING', executor_id='gone'"))
+        table = dbos(store, "workflow_status")
+        connection.execute(sa.text(f"UPDATE {table} SET status='PENDING', executor_id='gone'"))  # noqa: S608
     store.client.cancel_workflow(f"{jobs[0].id}.1")
     assert deliveries.takers(store.client) == {"gone"}
     assert deliveries.take_back(store.client, "gone") == 2
@@ -139,8 +145,8 @@ def test_what_a_dead_worker_took_is_queued_again_but_not_what_was_cancelled(stor
     assert [states[f"{job.id}.1"] for job in jobs] == ["CANCELLED", "ENQUEUED", "ENQUEUED"]
 
 
-def test_the_embedded_database_keeps_a_write_ahead_log(store: Store) -> None:
-    with store.engine.connect() as connection:
+def test_the_embedded_database_keeps_a_write_ahead_log(tmp_path: Path) -> None:
+    with Store(settings(tmp_path, {})) as store, store.engine.connect() as connection:
         assert connection.scalar(sa.text("PRAGMA journal_mode")) == "wal"
 
 
@@ -155,7 +161,7 @@ from pathlib import Path
 from app.service.jobs import JobSpec
 from app.service.settings import settings
 from app.service.store import Store
-store = Store(settings(Path(sys.argv[1]), {}))
+store = Store(settings(Path(sys.argv[1]), {"KNITLAB_DB": sys.argv[2]}))
 print("go", flush=True)
 store.submit_all([JobSpec(name="a", protocol="p")] * 4000)
 """
@@ -164,14 +170,14 @@ store.submit_all([JobSpec(name="a", protocol="p")] * 4000)
 @pytest.mark.parametrize(
     "after", [0.1, *(pytest.param(after, marks=pytest.mark.slow) for after in (0.02, 0.2, 0.4, 0.8))]
 )
-def test_a_sweep_cut_short_is_there_whole_or_not_at_all(tmp_path: Path, after: float) -> None:
-    command = [sys.executable, "-c", SUBMIT, str(tmp_path)]
+def test_a_sweep_cut_short_is_there_whole_or_not_at_all(database: str, tmp_path: Path, after: float) -> None:
+    command = [sys.executable, "-c", SUBMIT, str(tmp_path), database]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as submitting:  # noqa: S603 (our own)
         assert submitting.stdout is not None
         submitting.stdout.readline()
         time.sleep(after)
         submitting.kill()
-    with Store(settings(tmp_path, {})) as store:
+    with Store(settings(tmp_path, {"KNITLAB_DB": database})) as store:
         jobs = sum(store.counts().values())
         assert jobs in {0, 4000}
         assert len(rows_of(store, "workflow_status")) == len(rows_of(store, "workflow_input")) == jobs
