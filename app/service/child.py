@@ -6,7 +6,6 @@ Kept light: the process imports this first, and the solver only once it holds th
 from __future__ import annotations
 
 import fcntl
-import json
 import os
 import shutil
 import signal
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.service.folder import JobFolder, LockedError, Result
 from app.service.jobs import Progress
+from app.service.row_file import RowFile, restore
 from knitlab_core.errors import FormatError, KnitlabError
 
 if TYPE_CHECKING:
@@ -66,7 +66,9 @@ def work(folder: str) -> None:
 def _attempt(files: JobFolder) -> None:
     """Run the job's test, from its checkpoint if it has one, and write the result."""
     watch = _Watch(files)
-    signal.signal(signal.SIGTERM, watch.ask_to_stop)
+    # SIGINT too: whoever stops a whole group of processes sends it, and it is no end of the test.
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, watch.ask_to_stop)
     _log(f"process {os.getpid()} begins")
     try:
         ended = _test(files, watch)
@@ -87,22 +89,41 @@ def _attempt(files: JobFolder) -> None:
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:
-    """Go on from the checkpoint of an earlier attempt; begin at the beginning if it came to none."""
-    from app.checkpoint import CHECKPOINT  # noqa: PLC0415 (heavy: only once the folder is ours)
+    """Do what is left of the test after earlier attempts; begin at the beginning if they came to nothing."""
+    from app.carry_out import RECORD  # noqa: PLC0415 (heavy: only once the folder is ours)
+    from app.checkpoint import CHECKPOINT  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.usecases import resume_run, run_loaded  # noqa: PLC0415
 
     spec = files.read_spec()
-    if (files.run / CHECKPOINT).exists():
-        _log("goes on from its checkpoint")
+    if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
         try:
-            return resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
-        except FormatError as error:
+            over = _look_back(files)
+            ended = resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
+        except (FormatError, FileNotFoundError) as error:
             # As after an upgrade: late is better than never.
             _log(f"begins again: {error}")
+        else:
+            if not over:
+                _log(f"the test ended: {ended.outcome}")
+            return ended
     shutil.rmtree(files.run, ignore_errors=True)
     loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
-    return run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
+    ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
+    _log(f"the test ended: {ended.outcome}")
+    return ended
+
+
+def _look_back(files: JobFolder) -> bool:
+    """Say how far earlier attempts came, and tell whether to the end of the test."""
+    from app.carry_out import RECORD  # noqa: PLC0415 (heavy)
+    from app.run_reader import RunReader  # noqa: PLC0415
+
+    record = RunReader(files.run / RECORD)
+    restore(files.rows_file, record)
+    over = record.outcome.end != "abort"
+    _log("its test has ended; the files are left to make" if over else "goes on from its checkpoint")
+    return over
 
 
 def _end(files: JobFolder, result: Result) -> None:
@@ -122,29 +143,18 @@ class _Watch:
         self._reported = 0.0
         self._first_share: float | None = None
         self._last = Progress()
-        self._rows: _Rows | None = None
+        self._rows: RowFile | None = None
         self._phase = ""
 
     def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Take note of SIGTERM; the solver is left at the next report."""
+        """Take note of the signal; the solver is left at the next report."""
         self._stop = True
 
     def row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
         """Write down an equilibrium."""
         if self._rows is None:
-            self._rows = _Rows(self._files.rows_file, number)
-        self._rows.append(
-            {
-                "row": number,
-                "time": row.time,
-                "phase": row.phase,
-                "cycle": row.cycle,
-                "tag": row.tag,
-                "strain": dict(strain),
-                "displacement": dict(row.displacement),
-                "force": dict(row.force),
-            }
-        )
+            self._rows = RowFile(self._files.rows_file, number)
+        self._rows.append(number, row, strain)
         self._last = Progress(strain=_plain(strain), force=_plain(row.force), rows=number + 1)
         if self._phase != (phase := f"{row.phase} {row.cycle}"):
             self._phase = phase
@@ -170,21 +180,6 @@ class _Watch:
             rows=self._last.rows,
         )
         self._files.write_progress(progress, self._ran_before + spent)
-
-
-class _Rows:
-    """Append rows to a file that keeps the rows before number `first` and no later ones."""
-
-    def __init__(self, path: Path, first: int) -> None:
-        with path.open("a+b") as file:
-            file.seek(0)
-            kept = sum(len(line) for _, line in zip(range(first), file, strict=False) if line.endswith(b"\n"))
-            file.truncate(kept)
-        self._file = path.open("ab", buffering=0)
-
-    def append(self, row: Mapping[str, object]) -> None:
-        """Write a row as one line."""
-        self._file.write(json.dumps(row).encode() + b"\n")
 
 
 def _say_into(log: Path) -> None:

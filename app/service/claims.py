@@ -6,21 +6,27 @@ import logging
 import time
 import uuid
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import sqlalchemy as sa
 
 from app.service.deliveries import AGAIN, delivery_id, enqueue, read_delivery_id
-from app.service.tables import jobs
+from app.service.tables import CANCELLED, hold, jobs
 
 if TYPE_CHECKING:
+    import threading
     from collections.abc import Callable, Iterable
 
     from app.service.folder import Result
     from app.service.store import Store
 
+Asked = Literal["cancel", "pause", "lost"]
+
+AWAY: Final = (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.InternalError, sa.exc.TimeoutError)
+"""What the database raises while it cannot be reached, or takes no writes for the moment."""
+
 _log: Final = logging.getLogger(__name__)
-ResultT = TypeVar("ResultT")
+_ResultT = TypeVar("_ResultT")
 _SECONDS_BETWEEN_TRIES: Final = 1.0
 
 
@@ -32,10 +38,20 @@ class Order:
     state: str
     wanted: str | None
 
+    def to(self, owner: str) -> Asked | None:
+        """Return what it asks of a run."""
+        if self.owner != owner:
+            return "lost"
+        if self.state == "cancelling":
+            return "cancel"
+        return "pause" if self.wanted == "pause" else None
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
     """Stand for the right to run a job.
+
+    While the database is away its calls wait; once the service leaves they raise what the database raised.
 
     Attributes
     ----------
@@ -47,22 +63,29 @@ class Claim:
         Number of the delivery that is being run.
     owner : str
         Token of this run; a later run of the job puts its own in place.
+    leaving : threading.Event
+        Set once the service leaves.
     """
 
     store: Store
     job: str
     delivery: int
     owner: str
+    leaving: threading.Event
+
+    def asked(self) -> Asked | None:
+        """Return what the store asks of this run now."""
+        return self.patiently(lambda: orders(self.store, [self.job])[self.job]).to(self.owner)
 
     def begin(self) -> None:
         """Count an attempt."""
         self._update({"attempts": jobs.c.attempts + 1})
 
-    def crashed(self) -> int:
-        """Count a crash and return how many there were."""
-        self._update({"crashes": jobs.c.crashes + 1})
+    def crashed(self) -> int | None:
+        """Count a crash and return how many there were; None if the job is no longer ours."""
+        ours = self._update({"crashes": jobs.c.crashes + 1})
         query = sa.select(jobs.c.crashes).where(jobs.c.id == self.job)
-        return int(patiently(lambda: self._scalar(query)) or 0)
+        return self.patiently(lambda: self._scalar(query)) if ours else None
 
     def settle(self, result: Result) -> None:
         """Finish the job for good."""
@@ -70,58 +93,68 @@ class Claim:
         settled = {"state": state, "end": result.end, "message": result.message, "finished": time.time()}
         self._update({**settled, "wanted": None, "owner": None})
 
-    def rest(self) -> None:
-        """Leave the job paused; if it was cancelled meanwhile, cancelled."""
-        if not self._update({"state": "paused", "wanted": None, "owner": None}, states=("running",)):
-            self._update({"state": "cancelled", "end": "cancelled", "finished": time.time(), "owner": None})
+    def release(self) -> None:
+        """Let go of a job that has not ended.
 
-    def give_back(self) -> None:
-        """Queue the job again, before those that have not begun."""
+        It is cancelled or paused if that is asked; else queued again, before those that have not begun.
+        """
 
-        def again() -> None:
+        def let_go() -> None:
             with self.store.engine.begin() as connection:
-                values = {"state": "queued", "owner": None, "delivery": self.delivery + 1}
-                if connection.execute(self._mine(("running",)).values(values)).rowcount:
+                row = hold(connection, self.job)
+                if row is None or row.owner != self.owner:
+                    return
+                values: dict[str, object] = {"owner": None, "wanted": None}
+                if row.state == "cancelling":
+                    values |= CANCELLED | {"finished": time.time()}
+                elif row.wanted == "pause":
+                    values |= {"state": "paused"}
+                else:
+                    values |= {"state": "queued", "delivery": self.delivery + 1}
                     enqueue(self.store.client, connection, delivery_id(self.job, self.delivery + 1), AGAIN)
+                connection.execute(sa.update(jobs).where(jobs.c.id == self.job).values(values))
 
-        patiently(again)
+        self.patiently(let_go)
 
-    def _mine(self, states: Iterable[str]) -> sa.Update:
-        mine = jobs.c.owner == self.owner
-        return sa.update(jobs).where(jobs.c.id == self.job, mine, jobs.c.state.in_(tuple(states)))
+    def patiently(self, do: Callable[[], _ResultT]) -> _ResultT:
+        """Do something in the database, again and again while it is away: results do not get lost."""
+        return _patiently(do, self.leaving)
 
-    def _update(self, values: dict[str, object], states: Iterable[str] = ("running", "cancelling")) -> bool:
+    def _update(self, values: dict[str, object]) -> bool:
         """Change the job if it is still ours."""
+        mine = sa.update(jobs).where(jobs.c.id == self.job, jobs.c.owner == self.owner)
+        running = mine.where(jobs.c.state.in_(("running", "cancelling")))
 
         def change() -> bool:
             with self.store.engine.begin() as connection:
-                return bool(connection.execute(self._mine(states).values(values)).rowcount)
+                return bool(connection.execute(running.values(values)).rowcount)
 
-        return patiently(change)
+        return self.patiently(change)
 
     def _scalar(self, query: sa.Select[int]) -> int | None:
         with self.store.engine.begin() as connection:
             return connection.execute(query).scalar()
 
 
-def claim(store: Store, delivery: str) -> Claim | None:
+def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None:
     """Take a delivered job; None if there is nothing left to do for this delivery."""
     job, number = read_delivery_id(delivery)
     owner = uuid.uuid4().hex
     this = sa.update(jobs).where(jobs.c.id == job, jobs.c.delivery == number)
     now = time.time()
     begun = {"state": "running", "owner": owner, "started": sa.func.coalesce(jobs.c.started, now)}
-    ended = {"state": "cancelled", "end": "cancelled", "finished": now, "owner": None}
 
     def take() -> bool:
         with store.engine.begin() as connection:
             if connection.execute(this.where(jobs.c.state.in_(("queued", "running"))).values(begun)).rowcount:
                 return True
             # Whoever was asked to cancel it died first.
-            connection.execute(this.where(jobs.c.state == "cancelling").values(ended))
+            connection.execute(this.where(jobs.c.state == "cancelling").values(CANCELLED | {"finished": now}))
             return False
 
-    return Claim(store=store, job=job, delivery=number, owner=owner) if patiently(take) else None
+    if not _patiently(take, leaving):
+        return None
+    return Claim(store=store, job=job, delivery=number, owner=owner, leaving=leaving)
 
 
 def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
@@ -131,11 +164,18 @@ def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
         return {row.id: Order(owner=row.owner, state=row.state, wanted=row.wanted) for row in connection.execute(query)}
 
 
-def patiently(do: Callable[[], ResultT]) -> ResultT:
-    """Do something in the database, again and again while it cannot be reached: results do not get lost."""
+def _patiently(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT:
     while True:
         try:
             return do()
-        except sa.exc.OperationalError as error:
-            _log.warning("database: %s; trying again", str(error.orig).splitlines()[0])
-            time.sleep(_SECONDS_BETWEEN_TRIES)
+        except AWAY as error:
+            _log.warning("database: %s; trying again", first_line(error))
+            if leaving.is_set():
+                raise
+            leaving.wait(_SECONDS_BETWEEN_TRIES)
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of what an error says, without the statement it came from."""
+    said = str(getattr(error, "orig", None) or error) or type(error).__name__
+    return said.splitlines()[0]

@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 import sys
-import threading
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -40,9 +40,9 @@ def worker(
 ) -> None:
     """Take jobs from the queue and run each in a process of its own, until SIGTERM or Ctrl-C.
 
-    On SIGTERM running jobs stop at a checkpoint and are queued again; that takes seconds. All workers and the
-    server share the database KNITLAB_DB and the data folder. Without KNITLAB_DB the worker serves the embedded store
-    of the data folder alone, as `knitlab serve` does.
+    On SIGTERM running jobs stop at a checkpoint and are queued again; that takes seconds; a second one ends it at
+    once. All workers and the server share the database KNITLAB_DB and the data folder. Without KNITLAB_DB the worker
+    serves the embedded store of the data folder alone, as `knitlab serve` does.
     """
     from app.service.settings import settings  # noqa: PLC0415 (lazy, as in app.cli)
     from app.service.store import Store  # noqa: PLC0415
@@ -50,14 +50,21 @@ def worker(
 
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(message)s", stream=sys.stderr)
     logging.getLogger("app.service").setLevel(logging.INFO)
-    told = threading.Event()
+    told = False
+
+    def leave(*_: object) -> None:
+        nonlocal told
+        if told:  # the second time it is meant, even if the database is away
+            os._exit(1)
+        told = True
+
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: told.set())
+        signal.signal(number, leave)
     where = settings(data)
     with own(where), Store(where) as store:
         crew = Worker(store, slots or os.cpu_count() or 1, lease)
         crew.start()
-        while not told.wait(0.5):  # a wait without an end may sleep through a signal
-            pass
+        while not told:
+            time.sleep(0.2)
         sys.stderr.write("leaving: running jobs stop at a checkpoint and are queued again\n")
         crew.drain()

@@ -7,13 +7,15 @@ that leans on DBOS beyond its public interface is in this file, with a contract 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
 from dbos import DBOS, DBOSClient, DBOSConfig
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+RowT = TypeVar("RowT", bound=tuple[Any, ...])
 
 APPLICATION: Final = "knitlab"
 QUEUE: Final = "knitlab_jobs"
@@ -99,6 +101,15 @@ def takers(client: DBOSClient) -> set[str]:
     query = sa.select(status.c.executor_id).where(status.c.queue_name == QUEUE, status.c.status == "PENDING")
     with _database(client).begin() as connection:
         return {str(worker) for worker in connection.scalars(query.distinct())}
+
+
+def forgotten(client: DBOSClient, rows: sa.Select[RowT], delivery: sa.ColumnElement[str]) -> list[sa.Row[RowT]]:
+    """Return those rows whose delivery neither waits in the queue nor is being worked on."""
+    status, _ = _tables(client)
+    alive = status.c.status.in_(("ENQUEUED", "DELAYED", "PENDING"))
+    query = rows.where(~sa.exists().where(status.c.workflow_uuid == delivery, alive))
+    with _database(client).begin() as connection:
+        return list(connection.execute(query).all())
 
 
 def _database(client: DBOSClient) -> sa.Engine:

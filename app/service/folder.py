@@ -16,8 +16,8 @@ import json
 import os
 import socket
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.run_folder import write_whole
 from app.service.jobs import JobSpec, Progress
@@ -25,6 +25,9 @@ from app.service.jobs import JobSpec, Progress
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
+
+_DataT = TypeVar("_DataT", JobSpec, Progress, "Result")
 
 
 class LockedError(Exception):
@@ -73,7 +76,7 @@ class JobFolder:
 
     def read_spec(self) -> JobSpec:
         """Return what was asked."""
-        return JobSpec(**json.loads((self.path / "spec.json").read_bytes()))
+        return read_as(JobSpec, (self.path / "spec.json").read_bytes())
 
     def write_progress(self, progress: Progress, ran: float) -> None:
         """Say how far the job is and how long it has run, all attempts together [s]."""
@@ -84,19 +87,19 @@ class JobFolder:
 
     def progress(self) -> Progress:
         """Return how far the job is."""
-        data = self._progress()
-        data.pop("ran", None)
-        return Progress(**data)
+        return read_as(Progress, self._progress())
 
     def ran(self) -> float:
         """Return how long the job has run so far [s]."""
-        return float(self._progress().get("ran", 0.0))
+        return float(json.loads(self._progress()).get("ran", 0.0))
 
-    def _progress(self) -> dict[str, Any]:
+    def _progress(self) -> bytes:
+        """Return what the file says; nothing if it was cut short by a power cut."""
         with suppress(FileNotFoundError, json.JSONDecodeError):
-            data: dict[str, Any] = json.loads((self.path / "progress.json").read_bytes())
+            data = (self.path / "progress.json").read_bytes()
+            json.loads(data)
             return data
-        return {}
+        return b"{}"
 
     def rows(self, since: int = 0, limit: int = 1000) -> list[dict[str, Any]]:
         """Return the equilibria from number `since` on, at most so many, in the order of time.
@@ -125,7 +128,7 @@ class JobFolder:
     def result(self) -> Result | None:
         """Return how the job ended; None while it has not."""
         try:
-            return Result(**json.loads((self.path / "result.json").read_bytes()))
+            return read_as(Result, (self.path / "result.json").read_bytes())
         except FileNotFoundError:
             return None
 
@@ -159,3 +162,9 @@ class JobFolder:
         except FileNotFoundError:
             pass
         return None
+
+
+def read_as(kind: type[_DataT], data: bytes | str) -> _DataT:
+    """Return what JSON says of a dataclass's fields; a newer build may have said more."""
+    known = {field.name for field in fields(kind)}
+    return kind(**{name: value for name, value in json.loads(data).items() if name in known})

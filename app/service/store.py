@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import time
 import uuid
@@ -13,15 +12,17 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import sqlalchemy as sa
 
 from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
-from app.service.folder import JobFolder
+from app.service.folder import JobFolder, read_as
 from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
-from app.service.tables import jobs, keys, make_tables, open_engine
+from app.service.tables import CANCELLED, hold, jobs, keys, make_tables, open_engine
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from app.service.settings import Settings
+
+    _Row = sa.Row[*tuple[Any, ...]]
 
 _LARGEST_PAGE: Final = 1000
 _DONE: Final = Progress(share=1.0, text="done")
@@ -132,39 +133,46 @@ class Store:
 
     def cancel(self, job: str) -> Job:
         """Ask a job to end."""
-        with self.engine.begin() as connection:
-            one = sa.update(jobs).where(jobs.c.id == job)
-            waiting = one.where(jobs.c.state.in_(("queued", "paused")))
-            if not connection.execute(
-                waiting.values(state="cancelled", finished=time.time(), end="cancelled")
-            ).rowcount:
-                connection.execute(one.where(jobs.c.state == "running").values(state="cancelling", wanted=None))
-            return self._job(_row(connection, job))
+
+        def change(row: _Row, _: sa.Connection) -> dict[str, object]:
+            if row.state in {"queued", "paused"}:
+                return CANCELLED | {"finished": time.time()}
+            return {"state": "cancelling", "wanted": None} if row.state == "running" else {}
+
+        return self._wish(job, change)
 
     def pause(self, job: str) -> Job:
         """Ask a queued or running job to rest at its checkpoint."""
-        with self.engine.begin() as connection:
-            one = sa.update(jobs).where(jobs.c.id == job)
-            if not connection.execute(one.where(jobs.c.state == "queued").values(state="paused")).rowcount:
-                connection.execute(one.where(jobs.c.state == "running").values(wanted="pause"))
-            return self._job(_row(connection, job))
+        answers = {"queued": {"state": "paused"}, "running": {"wanted": "pause"}}
+        return self._wish(job, lambda row, _: answers.get(row.state, {}))
 
     def resume(self, job: str) -> Job:
         """Queue a paused job again."""
+
+        def change(row: _Row, connection: sa.Connection) -> dict[str, object]:
+            if row.state != "paused":
+                return {"wanted": None}
+            enqueue(self.client, connection, delivery_id(job, row.delivery + 1), SINGLE)
+            return {"state": "queued", "wanted": None, "delivery": row.delivery + 1}
+
+        return self._wish(job, change)
+
+    def _wish(self, job: str, change: Callable[[_Row, sa.Connection], Mapping[str, object]]) -> Job:
+        """Change a job as its state asks for, while nobody else can."""
         with self.engine.begin() as connection:
-            one = sa.update(jobs).where(jobs.c.id == job)
-            paused = one.where(jobs.c.state == "paused")
-            if connection.execute(paused.values(state="queued", delivery=jobs.c.delivery + 1)).rowcount:
-                number = connection.scalar(sa.select(jobs.c.delivery).where(jobs.c.id == job))
-                enqueue(self.client, connection, delivery_id(job, int(number or 1)), SINGLE)
-            else:
-                connection.execute(one.where(jobs.c.state == "running").values(wanted=None))
-            return self._job(_row(connection, job))
+            row = hold(connection, job)
+            if row is None:
+                raise UnknownJobError(job)
+            values = change(row, connection)
+            if values:
+                connection.execute(sa.update(jobs).where(jobs.c.id == job).values(**values))
+                row = _row(connection, job)
+        return self._job(row)
 
     def spec(self, job: str) -> JobSpec:
         """Return what was asked for."""
         with self.engine.begin() as connection:
-            return JobSpec(**json.loads(_row(connection, job).spec))
+            return read_as(JobSpec, _row(connection, job).spec)
 
     def folder(self, job: str) -> Path:
         """Return where the job's files are or will be."""
@@ -186,7 +194,7 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _job(self, row: sa.Row[*tuple[Any, ...]]) -> Job:
+    def _job(self, row: _Row) -> Job:
         fresh = row.state == "queued" and not row.attempts
         return Job(
             id=row.id,
@@ -204,7 +212,7 @@ class Store:
         )
 
 
-def _row(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]]:
+def _row(connection: sa.Connection, job: str) -> _Row:
     row = connection.execute(sa.select(jobs).where(jobs.c.id == job)).one_or_none()
     if row is None:
         raise UnknownJobError(job)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import psutil
 
 from app.service import child
-from app.service.claims import claim, orders
+from app.service.claims import AWAY, claim, first_line, orders
 from app.service.folder import Result
 
 if TYPE_CHECKING:
@@ -39,6 +39,9 @@ LOOK: Final = 0.2
 GRACE: Final = 4.0
 """Time that a process has to stop by itself [s]; what its checkpoint holds is kept in any case."""
 
+_LONGEST_PAUSE: Final = 60.0
+"""Longest time that a slot rests when its host cannot work [s]."""
+
 _MEBIBYTE: Final = 1024.0**2
 _log: Final = logging.getLogger(__name__)
 
@@ -60,6 +63,7 @@ class Supervisor:
         self._processes = threading.Lock()
         self._orders: dict[str, Order] = {}
         self._running: set[str] = set()
+        self._troubles = 0
         self._context = _context()
 
     def get_ready(self) -> None:
@@ -76,33 +80,54 @@ class Supervisor:
 
     def deliver(self, delivery: str) -> None:
         """Work on a delivery until its job ends, rests or belongs to somebody else."""
-        held = claim(self.store, delivery)
-        if held is None:
-            return
-        self._running.add(held.job)
+        held = None
         try:
-            self._run(held)
+            held = claim(self.store, delivery, self.draining)
+            if held is not None:
+                self._running.add(held.job)
+                self._run(held)
+            self._troubles = 0
+        except (*AWAY, OSError, EOFError) as error:
+            self._wait_and_release(held, error)
         except Exception as error:  # noqa: BLE001 (a job must not stay `running` for ever)
-            _log.exception("job %s", held.job)
-            held.settle(Result(end="error", message=f"the service failed: {type(error).__name__}", failed=True))
+            _log.exception("delivery %s", delivery)
+            if held is not None:
+                message = f"the service failed: {type(error).__name__}"
+                held.settle(Result(end="error", message=message, failed=True))
         finally:
-            self._running.discard(held.job)
-            self._orders.pop(held.job, None)
+            if held is not None:
+                self._running.discard(held.job)
+                self._orders.pop(held.job, None)
+
+    def _wait_and_release(self, held: Claim | None, error: BaseException) -> None:
+        """Give a job back that this host cannot work on, and take no other one for a while.
+
+        No fault of the job: the data folder is away, a disk is full, the database does not answer.
+        """
+        self._troubles += 1
+        pause = min(2.0**self._troubles, _LONGEST_PAUSE)
+        _log.error("cannot work: %s; trying again in %.0f s", first_line(error), pause)
+        self.draining.wait(pause)
+        if held is not None:
+            with suppress(*AWAY):  # then whoever notices that we are gone queues it again
+                held.release()
 
     def _run(self, held: Claim) -> None:
-        spec, files = self.store.spec(held.job), self.store.files(held.job)
+        spec, files = held.patiently(lambda: self.store.spec(held.job)), self.store.files(held.job)
         files.write_spec(spec)
         while (result := files.result()) is None:
             if self.draining.is_set():
-                held.give_back()
+                held.release()
                 return
             stop, code = self._attempt(held, spec, files)
             if files.result() is not None or stop == "drain":
                 continue
+            # What is asked now: a process may have ended before anybody looked.
+            stop = held.asked() or stop
             if stop == "lost":
                 return
             if stop == "pause":
-                held.rest()
+                held.release()
                 return
             if stop is None and code == child.LOCKED:
                 self._free(files)
@@ -121,7 +146,10 @@ class Supervisor:
                 limit = (spec.memory or 0) / _MEBIBYTE
                 return Result(end=stop, message=f"held more than its memory limit of {limit:.0f} MiB", failed=True)
         # Whoever stops the whole service may stop its processes one by one.
-        if code == child.STOPPED or self.draining.is_set() or (times := held.crashed()) < ATTEMPTS:
+        if code == child.STOPPED or self.draining.is_set():
+            return None
+        times = held.crashed()
+        if times is None or times < ATTEMPTS:
             return None
         return Result(end="crash", message=_crash(times, code), failed=True)
 
@@ -130,26 +158,39 @@ class Supervisor:
         process = self._context.Process(target=child.work, args=(str(files.path),), daemon=True)
         with self._processes:
             process.start()
-        held.begin()
-        began, ran, stop = time.monotonic(), files.ran(), None
-        while stop is None and not connection.wait([process.sentinel], timeout=LOOK):
-            stop = self._reason(held, spec, process, ran + time.monotonic() - began)
-        if stop in {"pause", "drain"}:
-            _signal(process, signal.SIGTERM)
-            connection.wait([process.sentinel], timeout=GRACE)
-        # Whatever ended it, nothing of it shall be left: its session holds what it started.
-        _signal(process, signal.SIGKILL)
+        began, ran, stop, counted = time.monotonic(), files.ran(), None, False
+        try:
+            while stop is None and not connection.wait([process.sentinel], timeout=LOOK):
+                if not counted:
+                    held.begin()
+                    counted = True
+                stop = self._reason(held, spec, process, ran + time.monotonic() - began)
+            if stop in {"pause", "drain"}:
+                _signal(process, signal.SIGTERM)
+                connection.wait([process.sentinel], timeout=GRACE)
+        finally:
+            self._end(process)
+        # One that found the folder taken was no attempt.
+        if not counted and process.exitcode != child.LOCKED:
+            held.begin()
+        return stop, process.exitcode or 0
+
+    def _end(self, process: BaseProcess) -> None:
+        """See to it that nothing is left of a process; its session holds what it started."""
+        # The number of one that has ended may be somebody else's by now.
+        if not connection.wait([process.sentinel], timeout=0.0):
+            _signal(process, signal.SIGKILL)
         with self._processes:
             process.join()
-        return stop, process.exitcode or 0
 
     def _reason(self, held: Claim, spec: JobSpec, process: BaseProcess, ran: float) -> Stop | None:
         """Return why a running process must stop now."""
         order = self._orders.get(held.job)
-        if order is not None and order.owner != held.owner:
-            # Perhaps it was read before this run began.
-            order = orders(self.store, [held.job]).get(held.job)
-        if order is not None and (asked := _asked(order, held.owner)) is not None:
+        asked = None if order is None else order.to(held.owner)
+        # "Lost" may have been read before this run began.
+        if asked == "lost":
+            asked = held.asked()
+        if asked is not None:
             return asked
         if self.draining.is_set():
             return "drain"
@@ -204,15 +245,6 @@ def _resident(process: BaseProcess) -> int:
     with suppress(psutil.Error):
         return int(psutil.Process(process.pid).memory_info().rss)
     return 0
-
-
-def _asked(order: Order, owner: str) -> Stop | None:
-    """Return what the store asks of a run."""
-    if order.owner != owner:
-        return "lost"
-    if order.state == "cancelling":
-        return "cancel"
-    return "pause" if order.wanted == "pause" else None
 
 
 def _crash(times: int, code: int) -> str:

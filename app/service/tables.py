@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
@@ -34,6 +34,9 @@ jobs = sa.Table(
     sa.Index("knitlab_jobs_by_state", "state", "seq"),
 )
 
+CANCELLED: Final = {"state": "cancelled", "end": "cancelled", "owner": None}
+"""What becomes of a job that is cancelled while no process is at it; `finished` beside it."""
+
 #: Idempotency keys: which body came with a key, and the job or sweep that it became.
 keys = sa.Table(
     "knitlab_keys",
@@ -44,14 +47,14 @@ keys = sa.Table(
     sa.Column("sweep", sa.Text),
 )
 
-#: Heartbeats of workers, by the database's clock.
+#: Workers, each alive until a moment by the database's clock that its heartbeat puts off.
 workers = sa.Table(
-    "knitlab_workers",
+    "knitlab_leases",
     _metadata,
     sa.Column("id", sa.Text, primary_key=True),
     sa.Column("host", sa.Text, nullable=False),
     sa.Column("slots", sa.Integer, nullable=False),
-    sa.Column("beat", sa.Float(53), nullable=False),
+    sa.Column("until", sa.Float(53), nullable=False),
 )
 
 
@@ -81,6 +84,16 @@ def make_tables(engine: sa.Engine) -> None:
         if engine.dialect.name == "postgresql":
             connection.execute(sa.text("SELECT pg_advisory_xact_lock(7218443)"))
         _metadata.create_all(connection)
+
+
+def hold(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]] | None:
+    """Keep a job's row for this transaction alone, and return it; None if there is none.
+
+    The update changes nothing. It is what both databases know for taking a row before it is read.
+    """
+    this = jobs.c.id == job
+    connection.execute(sa.update(jobs).where(this).values(id=jobs.c.id))
+    return connection.execute(sa.select(jobs).where(this)).one_or_none()
 
 
 def database_now(engine: sa.Engine) -> sa.ColumnElement[float]:

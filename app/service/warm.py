@@ -1,7 +1,8 @@
 """Get the fork server ready: everything imported, every serial kernel called, one thread.
 
 What is forked from it starts to compute at once. A process with threads must not fork, so the
-numerical libraries are told to make none before they are imported.
+numerical libraries are told to make none before they are imported. All of this happens on import: the fork server
+takes names of modules to begin with, and nothing else. Nobody else may import it.
 """
 
 from __future__ import annotations
@@ -13,20 +14,8 @@ import sys
 import tempfile
 import traceback
 from pathlib import Path
-from typing import Final
 
-#: The smallest test that goes through the whole solver and its log.
-PROTOCOL: Final = """\
-schema: knitlab/protocol@1
-name: warm
-rig: biaxial-hook
-specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
-speed_ref: pair
-others: hold
-log: {rate: 1 Hz, noise: off}
-steps:
-  - cycle: {axes: [C, W], lower: 0, upper: 1 %, rate: 1 mm/s, n: 1}
-"""
+from app.service.smallest import PROTOCOL
 
 
 def one_thread() -> None:

@@ -11,18 +11,21 @@ import uuid
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
+from app.service.claims import AWAY, first_line
 from app.service.deliveries import listen, stop_listening
-from app.service.pulse import LEASE, Pulse
+from app.service.pulse import LEASE, Pulse, adopt
 from app.service.supervisor import GRACE, Supervisor
 from knitlab_core.errors import KnitlabError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from app.service.settings import Settings
     from app.service.store import Store
 
 _EMBEDDED: Final = "embedded"
+_SECONDS_BETWEEN_TRIES: Final = 5.0
+_SECONDS_BETWEEN_LOOKS: Final = 60.0
 _log: Final = logging.getLogger(__name__)
 
 
@@ -50,49 +53,77 @@ class Worker:
         self._supervisor = Supervisor(store)
         self._pulse: Pulse | None = None
         self._changing = threading.Lock()
-        self._left = False
+        self._left = threading.Event()
 
     def start(self) -> None:
         """Get the kernels ready, then take jobs; returns at once, the rest happens in threads."""
         threading.Thread(target=self._start, name="knitlab-start", daemon=True).start()
+        threading.Thread(target=self._look_after, name="knitlab-recovery", daemon=True).start()
 
     def drain(self) -> None:
         """Take no more jobs, let those that run stop at a checkpoint, queue them again; takes seconds."""
+        self._left.set()
         self._supervisor.draining.set()
         with self._changing:
-            self._left = True
             self._leave()
         self._supervisor.close()
 
     def _start(self) -> None:
-        self._supervisor.get_ready()
-        with self._changing:
-            if not self._left:
-                self._join()
+        self._insist(self._supervisor.get_ready)
+        self._insist(self._join)
+
+    def _insist(self, do: Callable[[], None]) -> None:
+        """Do what a worker is no worker without, again and again until it works or the worker has left."""
+        while not self._left.is_set():
+            try:
+                do()
+            except Exception as error:  # noqa: BLE001 (else the process would live on and never take a job)
+                _log.exception("cannot take jobs yet: %s; trying again", first_line(error))
+                self._left.wait(_SECONDS_BETWEEN_TRIES)
+            else:
+                return
 
     def _join(self) -> None:
         """Become a worker of the store, under an id that no worker had before."""
         store, embedded = self._store, self._store.settings.embedded
         worker = _EMBEDDED if embedded else f"{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
-        if not embedded:
-            self._pulse = Pulse(store, worker, self._slots, self._lease, self._reborn)
-        listen(self._supervisor.deliver, store.engine, store.settings.database, worker, self._slots)
+        with self._changing:
+            if self._left.is_set():
+                return
+            if not embedded:
+                self._pulse = Pulse(store, worker, self._slots, self._lease, self._reborn)
+            try:
+                listen(self._supervisor.deliver, store.engine, store.settings.database, worker, self._slots)
+            except Exception:
+                self._leave()
+                raise
         _log.info("worker %s takes jobs, %d at a time", worker, self._slots)
 
     def _leave(self) -> None:
         stop_listening(round(GRACE) + 4)
         if self._pulse is not None:
             self._pulse.stop()
+            self._pulse = None
 
     def _reborn(self) -> None:
         """Drop everything and begin anew: others took this worker for dead, and its jobs with it."""
         _log.warning("taken for dead; beginning anew")
         self._supervisor.draining.set()
         with self._changing:
-            if not self._left:
-                self._leave()
-                self._supervisor.draining.clear()
-                self._join()
+            if self._left.is_set():
+                return
+            self._leave()
+            self._supervisor.draining.clear()
+        self._insist(self._join)
+
+    def _look_after(self) -> None:
+        """Queue again what the queue has forgotten, now and then."""
+        while not self._left.is_set():
+            try:
+                adopt(self._store)
+            except AWAY as error:
+                _log.warning("cannot look after the queue: %s", first_line(error))
+            self._left.wait(_SECONDS_BETWEEN_LOOKS)
 
 
 @contextmanager
