@@ -94,8 +94,8 @@ class JobFolder:
         return float(json.loads(self._progress()).get("ran", 0.0))
 
     def _progress(self) -> bytes:
-        """Return what the file says; nothing if it was cut short by a power cut."""
-        with suppress(FileNotFoundError, json.JSONDecodeError):
+        """Return what the file says; nothing if it cannot be read: how far a job is, is no matter of life and death."""
+        with suppress(OSError, json.JSONDecodeError):
             data = (self.path / "progress.json").read_bytes()
             json.loads(data)
             return data

@@ -32,12 +32,13 @@ class RowFile:
             file.seek(0)
             kept = sum(len(line) for _, line in zip(range(first), file, strict=False) if line.endswith(b"\n"))
             file.truncate(kept)
-        self._file = path.open("ab", buffering=0)
+        self._path = path
 
     def append(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
         """Write an equilibrium, with the strains of the driven axes [1], as one line."""
         columns = (strain, row.displacement, row.force)
-        self._file.write(_line(number, row.time, row.phase, row.cycle, row.tag, *map(dict, columns)))
+        with self._path.open("ab", buffering=0) as file:
+            file.write(_line(number, row.time, row.phase, row.cycle, row.tag, *map(dict, columns)))
 
 
 def restore(path: Path, record: RunReader) -> None:

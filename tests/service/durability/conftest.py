@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from app.service.settings import settings
+from app.service.store import Store
 from tests.service.databases import new_database, postgres, postgres_programs
 from tests.service.lab import Lab
 
@@ -34,6 +36,13 @@ def server() -> Iterator[str]:
 def database(request: pytest.FixtureRequest) -> str:
     """Return what KNITLAB_DB says: nothing for SQLite, or the URL of a new database in PostgreSQL."""
     return new_database(request.getfixturevalue("server")) if request.param == "postgres" else ""
+
+
+@pytest.fixture
+def store(database: str, tmp_path: Path) -> Iterator[Store]:
+    """Open a store that no worker serves."""
+    with Store(settings(tmp_path, {"KNITLAB_DB": database})) as made:
+        yield made
 
 
 @pytest.fixture

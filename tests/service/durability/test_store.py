@@ -19,16 +19,9 @@ from knitlab_core.errors import SpecificationError
 from tests.service.lab import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 SPEC = JobSpec(name="a", protocol="text: of a protocol\n", materials="text of materials")
-
-
-@pytest.fixture
-def store(database: str, tmp_path: Path) -> Iterator[Store]:
-    with Store(settings(tmp_path, {"KNITLAB_DB": database})) as made:
-        yield made
 
 
 def rows_of(store: Store, table: str) -> list[dict[str, object]]:
