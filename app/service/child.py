@@ -5,6 +5,7 @@ Kept light: the process imports this first, and the solver only once it holds th
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import shutil
@@ -30,8 +31,10 @@ if TYPE_CHECKING:
     from rigs.record import Equilibrium
     from rigs.steps import Axis
 
-STOPPED, LOCKED = 75, 76
-"""Exit codes: asked to stop, work kept; another process holds the folder."""
+TROUBLE, STOPPED, LOCKED = 74, 75, 76
+"""Exit codes: this host cannot keep files; asked to stop, work kept; another process holds the folder."""
+
+_OF_THE_HOST: Final = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.ESTALE)
 
 _SECONDS_BETWEEN_REPORTS: Final = 0.2
 
@@ -79,6 +82,9 @@ def _attempt(files: JobFolder) -> None:
     except MemoryError:
         _end(files, Result(end="memory", message="the system has no memory left", failed=True))
     except BaseException as error:
+        if isinstance(error, OSError) and _is_of_the_host(error):
+            _log(f"cannot go on here: {error}")
+            raise SystemExit(TROUBLE) from error
         # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
         (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
         sys.stderr.write(f"{type(error).__name__}: {error}\n")
@@ -86,6 +92,11 @@ def _attempt(files: JobFolder) -> None:
     else:
         failed = ended.outcome == "diverged"
         _end(files, Result(end=ended.outcome, message=ended.message, failed=failed))
+
+
+def _is_of_the_host(error: OSError) -> bool:
+    """Tell whether it is no fault of the job: a full disk, a file server that is away. HDF5 says it in words alone."""
+    return any(error.errno == number or os.strerror(number) in str(error) for number in _OF_THE_HOST)
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:

@@ -129,6 +129,8 @@ class Supervisor:
             if stop == "pause":
                 held.release()
                 return
+            if stop is None and code == child.TROUBLE:
+                raise OSError(f"job {held.job}: its process could not keep its files; job.log says more")
             if stop is None and code == child.LOCKED:
                 self._free(files)
             elif (failed := self._verdict(held, spec, stop, code)) is not None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 from typing import TYPE_CHECKING
 
 import pytest
@@ -30,3 +31,26 @@ def test_an_end_is_said_once_it_is_kept(
     child._end(files, DONE)
     assert files.result() == DONE
     assert capsys.readouterr().err.endswith(" done: target\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), child.TROUBLE),
+        (OSError("Can't write data (file write failed: errno = 28, error message = 'No space left on device')"), 74),
+        (OSError(errno.ENOENT, "No such file or directory"), 1),
+        (ValueError("of ours"), 1),
+    ],
+)
+def test_a_full_disk_is_no_fault_of_the_job(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, code: int
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(child, "_test", fail)
+    monkeypatch.setattr(child.signal, "signal", lambda *_: None)  # of this process, not of a job's
+    with pytest.raises(SystemExit) as left:
+        child._attempt(JobFolder(tmp_path))
+    assert left.value.code == code
+    assert JobFolder(tmp_path).result() is None
