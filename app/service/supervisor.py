@@ -226,6 +226,8 @@ def _context() -> SpawnContext | ForkServerContext:
     """Return how processes begin: forked from a server that has the kernels ready, where there is forking."""
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
+    # Else it looks for our modules in the working folder first, whatever stands there under their names.
+    os.environ["PYTHONSAFEPATH"] = "1"
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["app.service.warm"])
     return context

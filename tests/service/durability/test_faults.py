@@ -6,8 +6,11 @@ import fcntl
 import json
 import shutil
 import signal
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -20,7 +23,6 @@ from tests.service.lab import TINY, Lab, begun, cycles, until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +44,19 @@ def test_a_job_waits_until_its_data_folder_is_there(lab: Lab) -> None:
     root.unlink()
     until(lab.finished)
     assert (lab.job(job).state, lab.job(job).attempts) == ("succeeded", 1)
+
+
+def test_what_stands_in_the_working_folder_is_not_run(tmp_path: Path) -> None:
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "__init__.py").write_text("raise SystemExit('not ours')")
+    lab = Lab(tmp_path / "data")
+    command = [str(Path(sys.executable).with_name("knitlab")), "worker", "--data", str(lab.folder), "--slots", "1"]
+    with subprocess.Popen(command, cwd=tmp_path, env=lab.environment) as worker:  # noqa: S603 (our own)
+        job = lab.store.submit(TINY)
+        until(lab.finished)
+        worker.terminate()
+    assert lab.job(job).state == "succeeded"
+    lab.close()
 
 
 def test_a_job_whose_folder_is_held_elsewhere_can_be_cancelled(lab: Lab) -> None:
