@@ -2,7 +2,7 @@
 import { colour, h, put } from "./dom.js";
 import { AXES } from "./words.js";
 
-const THICK = 4.5;
+const THICK = 5;
 const THIN = 1.6;
 const MOST_SHADES = 24;
 
@@ -22,7 +22,7 @@ export function tint(axis, cycle, cycles) {
   const own = colour(AXES[axis]);
   if (cycles < 2) return own;
   const at = place(cycle, cycles);
-  return at < 0.5 ? mixed(own, colour("paper"), 0.9 * (0.5 - at)) : mixed(own, colour("ink"), 0.7 * (at - 0.5));
+  return at < 0.5 ? mixed(own, colour("paper"), 0.5 - at) : mixed(own, colour("ink"), 0.5 * (at - 0.5));
 }
 
 /** Return the width of the line of a cycle. */

@@ -15,7 +15,7 @@ async function save(path, name) {
 export class Files {
   constructor(job, signal) {
     Object.assign(this, { job, signal, lines: new Map() });
-    this.none = h("p", { class: "faint" }, "None yet.");
+    this.none = h("p", { class: "faint" }, "No files.");
     this.body = h("tbody");
     this.table = h("div", { class: "scroll", hidden: true }, h("table", {},
       h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "File"), h("th", { scope: "col" }, "Kind"), h("th", { scope: "col", class: "number" }, "Size"))),
@@ -48,7 +48,7 @@ export class Log {
   constructor(job, signal) {
     Object.assign(this, { job, signal });
     this.text = h("pre", { tabindex: "0", "aria-label": "Log of the job", hidden: true });
-    this.none = h("p", { class: "faint" }, "Nothing yet.");
+    this.none = h("p", { class: "faint" }, "Nothing is written.");
     this.node = h("section", {}, h("h2", {}, "Log of the job"), this.none, this.text);
   }
 

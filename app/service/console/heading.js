@@ -26,7 +26,8 @@ export class Heading {
     this.verbs.show(job);
     this.done.value = progress.share;
     put(this.share, percent(progress.share, 0));
-    put(this.left, job.finished ? "" : `${span(progress.seconds_left)} left`);
+    this.left.hidden = Boolean(job.finished);
+    put(this.left, `${span(progress.seconds_left)} left`);
     put(this.rows, `${progress.rows} equilibria, attempt ${job.attempts}`);
     put(this.where, job.finished ? ending(job) : doing(progress));
     entitle(job.finished ? `${job.name} ${job.state}` : `${percent(progress.share, 0)} ${job.name}`);

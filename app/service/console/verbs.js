@@ -41,6 +41,7 @@ export class Verbs {
       this.buttons[k].hidden = !can(job);
       this.buttons[k].setAttribute("aria-label", `${verb} ${job.name}`);
     });
+    this.node.hidden = this.buttons.every((button) => button.hidden);
     if (held?.hidden) (this.buttons.find((button) => !button.hidden) ?? this.next).focus();
   }
 

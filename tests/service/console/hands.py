@@ -84,18 +84,37 @@ def painted(page: Page) -> list[tuple[int, int, int]]:
     return [colour_of(text) for text in page.evaluate(script)]
 
 
-def curves(page: Page) -> list[dict[str, Any]]:
-    """Return the curves of both charts as they are drawn: label, dots, colour, width, and what lies on what."""
+def seen_yarn(page: Page) -> tuple[float, float]:
+    """Return between which shares of the height of the stage the yarn is seen."""
+    script = """() => {
+        const source = document.querySelector(".knit canvas"), copy = document.createElement("canvas");
+        const { width, height } = Object.assign(copy, { width: source.width, height: source.height });
+        const brush = copy.getContext("2d");
+        brush.drawImage(source, 0, 0);
+        const dots = new Uint32Array(brush.getImageData(0, 0, width, height).data.buffer);
+        const rows = Array.from({ length: height }, (_, row) => row).filter((row) =>
+            dots.subarray(row * width, (row + 1) * width).some((dot) => dot !== dots[0]));
+        return [rows[0] / height, rows.at(-1) / height];
+    }"""
+    low, high = page.evaluate(script)
+    return float(low), float(high)
+
+
+def curves(page: Page, ready: Callable[[list[dict[str, Any]]], bool]) -> list[dict[str, Any]]:
+    """Return the curves of both charts that are drawn, once they are ready: label, dots and look of each."""
     script = """async () => {
         const { Chart } = await import("/vendor/chart.js");
         const sets = Object.values(Chart.instances).flatMap((chart) => chart.data.datasets);
-        return JSON.stringify(sets.map((set) => ({
+        return JSON.stringify(sets.filter((set) => set.borderColor && !set.hidden).map((set) => ({
             label: set.label, data: set.data, colour: set.borderColor, width: set.borderWidth, order: set.order,
-            hidden: set.hidden,
         })));
     }"""
-    found: list[dict[str, Any]] = json.loads(page.evaluate(script))
-    return found
+    for _ in range(PATIENCE // 1000):
+        found: list[dict[str, Any]] = json.loads(page.evaluate(script))
+        if ready(found):
+            return found
+        page.wait_for_timeout(100)
+    raise TimeoutError(str([one["label"] for one in found]))
 
 
 def colour_of(text: str) -> tuple[int, int, int]:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
-from tests.service.console.hands import curves
+from tests.service.console.hands import curves, edited, seen_yarn
 
 if TYPE_CHECKING:
     import httpx
     from playwright.sync_api import Page, Route
 
-SHARE = re.compile(r"^\d+ %$")
+LOOK = "() => window.dispatchEvent(new Event('reached'))"
+"""Have the page look at once at what it looks at every five seconds."""
 
 
 def stream(rows: list[dict[str, object]]) -> str:
@@ -49,7 +50,7 @@ def wave(count: int, cycles: int) -> list[dict[str, object]]:
 def test_each_cycle_has_a_look_of_its_own(page: Page, service: str, done: str) -> None:
     page.goto(f"{service}/#/jobs/{done}")
     expect(page.get_by_text("course, cycles 1 to 2")).to_be_visible()
-    looks = {one["label"]: one for one in curves(page)}
+    looks = {one["label"]: one for one in curves(page, lambda drawn: len(drawn) == 6)}
     for axis in ("course", "wale"):
         first, second = looks[f"{axis}, cycle 1"], looks[f"{axis}, cycle 2"]
         # The later lies on the earlier, which is seen at both its sides.
@@ -57,23 +58,15 @@ def test_each_cycle_has_a_look_of_its_own(page: Page, service: str, done: str) -
         assert second["width"] < 0.5 * first["width"]
         assert second["colour"] != first["colour"]
     page.get_by_label("Cycle").select_option("2")
-    page.wait_for_timeout(100)
-    assert {one["label"] for one in curves(page) if not one["hidden"]} == {
-        "course",
-        "wale",
-        "course, cycle 2",
-        "wale, cycle 2",
-    }
+    drawn = curves(page, lambda drawn: len(drawn) == 4)
+    assert {one["label"] for one in drawn[2:]} == {"course, cycle 2", "wale, cycle 2"}
 
 
 def test_many_cycles_and_rows_are_drawn_at_once(page: Page, service: str, done: str) -> None:
     serve_rows(page, wave(24_000, 12))
     page.goto(f"{service}/#/jobs/{done}")
     expect(page.get_by_text("course, cycles 1 to 12")).to_be_visible(timeout=5000)
-    page.wait_for_function(
-        "async () => (await import('/vendor/chart.js')).Chart.instances[0].data.datasets[0].data.at(-1)?.x === 23999"
-    )
-    drawn = curves(page)
+    drawn = curves(page, lambda drawn: len(drawn) == 13 and drawn[0]["data"][-1]["x"] == 23_999)
     time, stress = drawn[0], drawn[1:]
     # As many dots as can be seen, with every crest among them.
     assert 1000 < len(time["data"]) < 4000
@@ -95,9 +88,8 @@ def test_the_focus_and_the_log_outlive_the_news(page: Page, service: str, runnin
         seen.add(page.locator("progress").evaluate("(bar) => bar.value"))
         page.wait_for_timeout(50)
     expect(pause).to_be_focused()
-    # Files and log are looked at every five seconds.
     with page.expect_response(re.compile("/files$")):
-        pass
+        page.evaluate(LOOK)
     expect(pause).to_be_focused()
     expect(link).to_have_attribute("data-same", "yes")
     expect(page).to_have_title(re.compile(r"^\d+ % long – knitlab$"))
@@ -105,18 +97,32 @@ def test_the_focus_and_the_log_outlive_the_news(page: Page, service: str, runnin
     assert page.get_by_text(re.compile("^Stretch 1")).inner_text().count("course") == 1
 
 
-def test_a_running_test_is_followed(page: Page, service: str, running: str, rest: httpx.Client) -> None:
-    for _ in range(300):
-        index = rest.get(f"/v1/jobs/{running}/frames")
-        if index.is_success and len(index.json()["frames"]) > 1:
-            break
-        page.wait_for_timeout(200)
-    page.goto(f"{service}/#/jobs/{running}")
-    slider = page.locator("#frame")
-    expect(slider).not_to_have_value("0")
-    first = int(slider.input_value())
-    assert first == int(slider.get_attribute("max") or 0)
-    page.wait_for_function("(first) => Number(document.querySelector('#frame').value) > first", arg=first)
+def test_a_running_test_is_followed(page: Page, service: str, done: str, rest: httpx.Client) -> None:
+    frames = rest.get(f"/v1/jobs/{done}/frames").json()["frames"]
+    widest = max(range(len(frames)), key=lambda k: frames[k]["strain"]["C"])
+    kept = [frames[:3]]
+    job = rest.get(f"/v1/jobs/{done}").json() | {"state": "running", "finished": None}
+    page.route(f"**/jobs/{done}", lambda route: route.fulfill(json=job))
+    page.route("**/events", lambda route: route.fulfill(status=204))
+    page.route("**/frames", edited(lambda index: index.update(frames=kept[0])))
+    page.goto(f"{service}/#/jobs/{done}")
+    where, slider = page.locator("output"), page.locator("#frame")
+    expect(where).to_contain_text(f"{frames[2]['time']:.1f} s")
+    # What the test has come to since is shown, and stays on the stage.
+    kept[0] = frames[: widest + 1]
+    page.evaluate(LOOK)
+    expect(where).to_contain_text(f"{frames[widest]['time']:.1f} s")
+    expect(slider).to_have_value(str(widest))
+    box = seen_yarn(page)
+    assert box[0] > 0.02
+    assert box[1] < 0.98
+    # Who looks back is left there.
+    slider.press("Home")
+    expect(where).to_contain_text("0.0 s")
+    kept[0] = frames
+    page.evaluate(LOOK)
+    expect(slider).to_have_attribute("max", str(len(frames) - 1))
+    expect(slider).to_have_value("0")
 
 
 def test_without_webgl_all_else_is_there(page: Page, service: str, done: str) -> None:

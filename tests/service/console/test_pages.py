@@ -62,8 +62,8 @@ def test_a_page_that_is_left_early_leaves_nothing(page: Page, service: str, done
     # One list alone asks for news, every two seconds.
     asked: list[str] = []
     page.on("request", lambda one: asked.append(one.url))
-    page.wait_for_timeout(4500)
-    assert 1 <= len([one for one in asked if LIST.search(one)]) <= 3
+    page.wait_for_timeout(2600)
+    assert 1 <= len([one for one in asked if LIST.search(one)]) <= 2
     assert all("state=queued" not in one and "/events" not in one for one in asked)
 
 
@@ -142,7 +142,7 @@ def test_the_token_is_asked_for_once(browser: Browser, store: Store) -> None:
         page.goto(address)
         question = page.get_by_label("This service asks for its token")
         expect(question).to_be_focused()
-        page.wait_for_timeout(3000)
+        page.wait_for_timeout(2200)
         assert len(asked) == 1
         question.fill("wrong")
         page.keyboard.press("Enter")
