@@ -62,6 +62,7 @@ def test_each_cycle_has_a_look_of_its_own(page: Page, service: str, done: str) -
     assert {one["label"] for one in drawn[2:]} == {"course, cycle 2", "wale, cycle 2"}
 
 
+@pytest.mark.slow
 def test_many_cycles_and_rows_are_drawn_at_once(page: Page, service: str, done: str) -> None:
     serve_rows(page, wave(24_000, 12))
     page.goto(f"{service}/#/jobs/{done}")

@@ -134,6 +134,7 @@ def test_a_sweep_is_shown_alone_and_jobs_by_state(page: Page, service: str, rest
         until(rest, job, {"cancelled"})
 
 
+@pytest.mark.slow
 def test_the_token_is_asked_for_once(browser: Browser, store: Store) -> None:
     with served(create_app(Context(store=store, token="right"))) as address:  # noqa: S106 (of a test)
         page = browser.new_page()
