@@ -1,71 +1,121 @@
 // Speak REST with the service that this page came from.
+import { tell } from "./dom.js";
+import { found, lost, rest } from "./reach.js";
+import { otherToken, token } from "./token.js";
 
+/** An error that the service answered with. */
 export class Problem extends Error {
   constructor(problem) {
-    super(problem.detail ?? problem.title ?? "the service did not answer");
+    super(problem.detail ?? problem.title ?? "the service gave no reason");
     this.problem = problem;
   }
 }
 
-const TOKEN = "knitlab-token";
+/** No answer at all. */
+export class Unreachable extends Error {
+  constructor() {
+    super("the service cannot be reached");
+  }
+}
 
-/** Ask, and return the response; an error of the service becomes a `Problem`. */
-export async function ask(path, options = {}) {
-  const headers = { ...options.headers };
-  const token = sessionStorage.getItem(TOKEN);
-  if (token) headers.Authorization = `Bearer ${token}`;
+const PAUSE = 2000;
+// What stands in front of a service answers so while the service is down.
+const GATEWAY = [502, 503, 504];
+
+async function answered(path, options) {
+  const given = token();
+  const headers = { ...options.headers, ...(given && { Authorization: `Bearer ${given}` }) };
   let response;
   try {
     response = await fetch(path, { ...options, headers });
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    throw new Problem({ detail: "the service cannot be reached" });
+    lost();
+    throw new Unreachable();
   }
-  if (response.status === 401) {
-    const given = window.prompt("This service asks for its token:");
-    if (given) {
-      sessionStorage.setItem(TOKEN, given.trim());
-      return ask(path, options);
-    }
+  const written = (response.headers.get("content-type") ?? "").includes("json");
+  if (GATEWAY.includes(response.status) && !written) {
+    lost();
+    throw new Unreachable();
   }
-  if (!response.ok) {
-    const kind = response.headers.get("content-type") ?? "";
-    throw new Problem(kind.includes("json") ? await response.json() : { detail: `${response.status} ${response.statusText}` });
-  }
-  return response;
+  found();
+  return { response, written, given };
 }
 
-export const get = async (path) => (await ask(path)).json();
+/** Ask, and return the response; an error of the service becomes a `Problem`. */
+export async function ask(path, options = {}) {
+  for (;;) {
+    const { response, written, given } = await answered(path, options);
+    if (response.ok) return response;
+    if (response.status !== 401) {
+      throw new Problem(written ? await response.json() : { detail: `${response.status} ${response.statusText}` });
+    }
+    await otherToken(given);
+    options.signal?.throwIfAborted();
+  }
+}
+
+export const get = async (path, signal) => (await ask(path, { signal })).json();
 export const post = async (path) => (await ask(path, { method: "POST" })).json();
 
-/** Send a protocol's text. */
-export const sendProtocol = (path, text, headers = {}) =>
-  ask(path, { method: "POST", body: text, headers: { "Content-Type": "application/yaml", ...headers } });
+/** Send a protocol's text, and that of its materials file where there is one. */
+export function sendProtocol(path, { protocol, materials }, { headers = {}, signal } = {}) {
+  const [kind, body] = materials.trim()
+    ? ["application/json", JSON.stringify({ protocol, materials })]
+    : ["application/yaml", protocol];
+  return ask(path, { method: "POST", body, signal, headers: { "Content-Type": kind, ...headers } });
+}
+
+/** Tell of an error, unless the page was left or the standing notice says it already. */
+export function report(error) {
+  if (error.name !== "AbortError" && !(error instanceof Unreachable)) tell(error.message);
+}
+
+/** Do something again and again until the page is left; it returns how long to rest [ms], or nothing to end. */
+export async function every(signal, act) {
+  while (!signal.aborted) {
+    let pause = PAUSE;
+    try {
+      pause = await act();
+    } catch (error) {
+      report(error);
+    }
+    if (!pause) return;
+    await rest(pause);
+  }
+}
+
+/** Hand out the events in a response's body, each as its fields. */
+async function* events(response) {
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let tail = "";
+  for (;;) {
+    const { value, done } = await reader.read();
+    if (done) return;
+    const parts = (tail + value).split("\n\n");
+    tail = parts.pop();
+    for (const part of parts) yield Object.fromEntries(part.split("\n").map((line) => line.split(/: (.*)/s).slice(0, 2)));
+  }
+}
 
 /** Follow server-sent events to their end; comes back after a cut with the id of the last one seen. */
 export async function follow(path, handle, signal) {
   let last = "";
-  while (!signal.aborted) {
+  await every(signal, async () => {
     try {
       const response = await ask(path, { signal, headers: last ? { "Last-Event-ID": last } : {} });
-      if (response.status === 204) return;
-      let rest = "";
-      const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
-      for (;;) {
-        const { value, done } = await reader.read();
-        if (done) break;
-        const events = (rest + value).split("\n\n");
-        rest = events.pop();
-        for (const event of events) {
-          const found = Object.fromEntries(event.split("\n").map((line) => line.split(/: (.*)/s).slice(0, 2)));
-          if (found.id) last = found.id;
-          if (found.data) handle(found.event, JSON.parse(found.data));
-        }
+      if (response.status === 204) return 0;
+      for await (const { id, event, data } of events(response)) {
+        if (id) last = id;
+        if (data) handle(event, JSON.parse(data));
       }
     } catch (error) {
-      if (error.name === "AbortError") return;
-      if (error instanceof Problem && error.problem.status === 404) throw error;
+      // A stream that is cut, or one too many of them, is tried again without a word.
+      if (error instanceof Problem && error.problem.status === 404) {
+        report(error);
+        return 0;
+      }
     }
-    await new Promise((resolve) => setTimeout(resolve, 2000));
-  }
+    return PAUSE;
+  });
 }

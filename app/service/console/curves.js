@@ -1,8 +1,9 @@
 // Draw force over time, and stress over strain with the cycles told apart, as the rows come.
 import { Chart } from "./vendor/chart.js";
-import { AXES, colour, h } from "./dom.js";
-
-const DASHES = [[], [6, 3], [2, 3], [9, 3, 2, 3]];
+import { Legend, tint, width } from "./cycles.js";
+import { colour, h, put } from "./dom.js";
+import { thin } from "./thin.js";
+import { AXES } from "./words.js";
 
 /** Return one chart on a canvas of its own. */
 function chart(title, x, y) {
@@ -13,80 +14,109 @@ function chart(title, x, y) {
     data: { datasets: [] },
     options: {
       animation: false, maintainAspectRatio: false, showLine: true,
-      elements: { point: { radius: 0, hitRadius: 6 }, line: { borderWidth: 1.8, tension: 0 } },
+      elements: { point: { radius: 0, hitRadius: 6 }, line: { tension: 0 } },
       scales: { x: axis(x), y: axis(y) },
-      plugins: { legend: { labels: { boxHeight: 2 } } },
+      plugins: { legend: { display: false } },
     },
   });
-  return { canvas, made };
+  return { made, sets: new Map(), node: h("div", { class: "chart" }, canvas) };
 }
 
-function dress({ made }) {
-  const { scales } = made.options;
-  for (const axis of [scales.x, scales.y]) {
-    axis.ticks = { ...axis.ticks, color: colour("faint") };
-    axis.grid = { ...axis.grid, color: colour("line") };
-    axis.title.color = colour("ink");
+/** Return the set of an axis and a cycle (0: of them all), which keeps every point beside the thinned ones. */
+function setOf({ made, sets }, axis, cycle) {
+  const key = `${axis} ${cycle}`;
+  if (!sets.has(key)) {
+    // The lower the order, the nearer to the top: the latest cycle lies on the others.
+    const made_one = { axis, cycle, label: cycle ? `${AXES[axis]}, cycle ${cycle}` : AXES[axis], data: [], all: [], order: -cycle };
+    sets.set(key, made_one);
+    made.data.datasets.push(made_one);
   }
-  made.options.plugins.legend.labels.color = colour("ink");
-  for (const set of made.data.datasets) set.borderColor = set.backgroundColor = colour(AXES[set.axis]);
-  made.update("none");
+  return sets.get(key);
 }
 
-/** Hold the two charts of a job; `size` says section [m²] by axis, once it is known. */
+/** Hold the two charts of a job. */
 export class Curves {
-  constructor(host, signal) {
+  constructor(signal) {
     this.time = chart("Force and time", "time [s]", "force [N]");
     this.stress = chart("Stress and strain", "strain [%]", "stress [kPa]");
-    this.section = null;
-    this.waiting = [];
-    this.last = {};
-    host.append(h("div", { class: "two" },
-      [this.time, this.stress].map(({ canvas }) => h("div", { class: "chart" }, canvas))));
-    const redress = () => [this.time, this.stress].forEach(dress);
-    window.addEventListener("theme", redress, { signal });
-    signal.addEventListener("abort", () => [this.time, this.stress].forEach(({ made }) => made.destroy()));
-    redress();
+    this.legend = new Legend(() => this.redraw());
+    Object.assign(this, { section: null, waiting: [], last: {}, axes: [], cycles: 0 });
+    this.none = h("p", { class: "faint" });
+    this.drawn = h("div", { hidden: true }, this.legend.node, h("div", { class: "two" }, this.time.node, this.stress.node));
+    this.node = h("section", {}, h("h2", {}, "Curves"), this.none, this.drawn);
+    this.stress.node.hidden = true;
+    window.addEventListener("theme", () => this.redraw(), { signal });
+    signal.addEventListener("abort", () => {
+      cancelAnimationFrame(this.due);
+      for (const { made } of [this.time, this.stress]) made.destroy();
+    });
   }
 
-  /** Give the sections [m²]; stress is drawn from then on. */
+  /** Say why nothing is drawn. */
+  say(over) {
+    put(this.none, over ? "No row was recorded." : "No row is recorded yet.");
+  }
+
+  /** Give the sections [m²] by axis; stress is drawn from then on. */
   measure(section) {
+    if (this.section) return;
     this.section = section;
-    const rows = this.waiting;
-    this.waiting = [];
-    this.addStress(rows);
+    this.addStress(this.waiting.splice(0));
+    this.redraw();
   }
 
   add(rows) {
     for (const row of rows) {
-      for (const [axis, force] of Object.entries(row.force)) this.set(this.time, axis, 0).data.push({ x: row.time, y: force });
+      for (const [axis, force] of Object.entries(row.force)) {
+        if (!this.axes.includes(axis)) this.axes.push(axis);
+        setOf(this.time, axis, 0).all.push({ x: row.time, y: force });
+      }
+      this.cycles = Math.max(this.cycles, row.cycle);
     }
-    this.time.made.update("none");
     if (this.section) this.addStress(rows);
     else this.waiting.push(...rows);
+    this.redraw();
   }
 
   addStress(rows) {
     for (const row of rows) {
       for (const [axis, force] of Object.entries(row.force)) {
         const point = { x: 100 * row.strain[axis], y: force / this.section[axis] / 1e3 };
-        const set = this.set(this.stress, axis, row.cycle);
+        const { all } = setOf(this.stress, axis, row.cycle);
         // A cycle sets out from where the one before ended.
-        if (!set.data.length && this.last[axis]) set.data.push(this.last[axis]);
-        set.data.push(point);
+        if (!all.length && this.last[axis]) all.push(this.last[axis]);
+        all.push(point);
         this.last[axis] = point;
       }
     }
-    this.stress.made.update("none");
   }
 
-  set({ made }, axis, cycle) {
-    const found = made.data.datasets.find((set) => set.axis === axis && set.cycle === cycle);
-    if (found) return found;
-    const tint = colour(AXES[axis]);
-    const label = cycle ? `${AXES[axis]}, cycle ${cycle}` : AXES[axis];
-    const made_set = { axis, cycle, label, data: [], borderColor: tint, backgroundColor: tint, borderDash: cycle ? DASHES[(cycle - 1) % DASHES.length] : [] };
-    made.data.datasets.push(made_set);
-    return made_set;
+  /** Draw what has come since, once for the next picture on the screen however many rows there are. */
+  redraw() {
+    cancelAnimationFrame(this.due);
+    this.due = requestAnimationFrame(() => {
+      this.none.hidden = this.axes.length > 0;
+      this.drawn.hidden = !this.axes.length;
+      this.stress.node.hidden = !this.stress.sets.size;
+      this.legend.show(this.axes, this.cycles);
+      for (const one of [this.time, this.stress]) this.draw(one);
+    });
+  }
+
+  draw({ made, sets, node }) {
+    const { scales } = made.options;
+    for (const axis of [scales.x, scales.y]) {
+      axis.ticks = { ...axis.ticks, color: colour("faint") };
+      axis.grid = { ...axis.grid, color: colour("line") };
+      axis.title.color = colour("ink");
+    }
+    const columns = Math.max(200, node.clientWidth);
+    for (const set of sets.values()) {
+      set.data = thin(set.all, columns);
+      set.hidden = Boolean(set.cycle && this.legend.cycle && set.cycle !== this.legend.cycle);
+      set.borderColor = set.backgroundColor = set.cycle ? tint(set.axis, set.cycle, this.cycles) : colour(AXES[set.axis]);
+      set.borderWidth = set.cycle ? width(set.cycle, this.cycles) : 1.8;
+    }
+    made.update("none");
   }
 }

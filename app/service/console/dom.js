@@ -12,6 +12,18 @@ export function h(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Change a text only if it is another one: what is selected in it, or read of it, stays. */
+export function put(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/** Bring the children of a node to a list in its order, and move none that is in its place: it would lose the focus. */
+export function arrange(node, wanted) {
+  const kept = new Set(wanted);
+  for (const child of [...node.children]) if (!kept.has(child)) child.remove();
+  wanted.forEach((child, k) => { if (node.children[k] !== child) node.insertBefore(child, node.children[k] ?? null); });
+}
+
 /** Say something in the corner, and to a screen reader. */
 export function tell(text) {
   const status = document.getElementById("status");
@@ -20,29 +32,12 @@ export function tell(text) {
   tell.timer = setTimeout(() => { status.textContent = ""; }, 6000);
 }
 
+/** Name what is shown in the title of the window. */
+export function entitle(text) {
+  document.title = `${text} – knitlab`;
+}
+
 /** Return the value of a CSS variable as it is in the present theme. */
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
-export const AXES = { C: "course", W: "wale", P: "pile" };
-
-/** Write a share as a percentage. */
-export const percent = (share, digits = 1) => `${(100 * share).toFixed(digits)} %`;
-
-/** Write a number with an SI prefix and its unit. */
-export function si(value, unit) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (value === 0) return `0 ${unit}`;
-  const steps = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
-  const [scale, prefix] = steps.find(([size]) => Math.abs(value) >= size) ?? steps.at(-1);
-  return `${(value / scale).toPrecision(3)} ${prefix}${unit}`;
-}
-
-/** Write seconds as people say them. */
-export function span(seconds) {
-  if (seconds === null || seconds === undefined) return "–";
-  if (seconds < 90) return `${Math.max(0, Math.round(seconds))} s`;
-  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
-  return `${(seconds / 3600).toFixed(1)} h`;
 }

@@ -1,87 +1,98 @@
-// List the jobs, newest first, and keep the list fresh.
-import { get, post } from "./api.js";
-import { AXES, h, percent, si, span, tell } from "./dom.js";
+// List the jobs, newest first, by state and sweep, and keep the list fresh.
+import { ask, every, get, report } from "./api.js";
+import { arrange, entitle, h, put } from "./dom.js";
+import { Line } from "./line.js";
+import { rest } from "./reach.js";
+import { STATES } from "./verbs.js";
 
-const STATES = ["queued", "running", "paused", "cancelling", "succeeded", "failed", "cancelled"];
 const PERIOD = 2000;
+const PAGE = 25;
+const COLUMNS = ["Test", "State", "Done", "Where it is", "Left", "Submitted", "Ask"];
 
-/** Return the buttons for what can be asked of a job. */
-export function actions(job, changed) {
-  const asked = {
-    pause: ["queued", "running"].includes(job.state) && !job.wanted,
-    resume: job.state === "paused",
-    cancel: ["queued", "running", "paused"].includes(job.state),
-  };
-  return Object.entries(asked).filter(([, can]) => can).map(([verb]) =>
-    h("button", {
-      type: "button",
-      "aria-label": `${verb} ${job.name}`,
-      onclick: async (event) => {
-        event.target.disabled = true;
-        try {
-          changed(await post(`v1/jobs/${job.id}/${verb}`));
-          tell(`${job.name}: ${verb} asked for`);
-        } catch (error) {
-          tell(error.message);
-          event.target.disabled = false;
-        }
-      },
-    }, verb));
+/** Return how many jobs there are in each state, as the service's figures say. */
+async function counts(signal) {
+  const text = await (await ask("metrics", { signal })).text();
+  return Object.fromEntries([...text.matchAll(/^knitlab_jobs\{state="(\w+)"\} (\S+)$/gm)].map(([, state, count]) => [state, Number(count)]));
 }
 
-/** Return a job's state as a badge. */
-export const badge = (job) => h("span", { class: `state ${job.state}` }, job.wanted ? `${job.state}, to ${job.wanted}` : job.state);
-
-/** Say where a job is: strains and forces of its axes. */
-export const whereabouts = ({ strain, force }) =>
-  Object.keys(strain).map((axis) => `${AXES[axis]} ${percent(strain[axis])}, ${si(force[axis], "N")}`).join("; ");
-
-function line(job, refresh) {
-  const { progress } = job;
-  return h("tr", { "data-job": job.id },
-    h("td", {}, h("a", { href: `#/jobs/${job.id}` }, job.name), " ", h("span", { class: "faint" }, job.id.slice(0, 8))),
-    h("td", {}, badge(job)),
-    h("td", {}, h("progress", { max: 1, value: progress.share, "aria-label": `${job.name} done` }), ` ${percent(progress.share, 0)}`),
-    h("td", {}, job.end ? `ended by ${job.end}` : whereabouts(progress)),
-    h("td", { class: "number" }, job.finished ? "" : span(progress.seconds_left)),
-    h("td", {}, new Date(job.created).toLocaleString()),
-    h("td", { class: "bar" }, actions(job, refresh)));
-}
-
-export async function showJobs(page, signal) {
-  let cursors = [null];
-  const filter = h("select", { id: "state", onchange: () => { cursors = [null]; refresh(); } },
-    h("option", { value: "" }, "all"), STATES.map((state) => h("option", { value: state }, state)));
-  const body = h("tbody");
-  const newer = h("button", { type: "button", onclick: () => { cursors.pop(); refresh(); } }, "Newer");
-  const older = h("button", { type: "button", onclick: () => { cursors.push(older.dataset.cursor); refresh(); } }, "Older");
-  const empty = h("p", { class: "faint", hidden: true }, "No jobs here. ", h("a", { href: "#/new" }, "Begin a test"), ".");
-  page.append(
-    h("div", { class: "bar spread" }, h("h1", {}, "Jobs"), h("label", { class: "faint" }, "State ", filter)),
-    h("section", { class: "scroll" },
-      h("table", {},
-        h("thead", {}, h("tr", {}, ["Test", "State", "Done", "Where it is", "Left", "Submitted", "Ask"].map((name) =>
-          h("th", { scope: "col", class: name === "Left" ? "number" : null }, name)))),
-        body),
-      empty,
-      h("div", { class: "bar" }, newer, older)));
-
-  let shown = "";
-  async function refresh() {
-    const query = new URLSearchParams({ limit: "25" });
-    if (filter.value) query.set("state", filter.value);
-    if (cursors.at(-1)) query.set("cursor", cursors.at(-1));
-    const found = await get(`v1/jobs?${query}`);
-    newer.hidden = cursors.length === 1;
-    older.hidden = !found.cursor;
-    older.dataset.cursor = found.cursor ?? "";
-    empty.hidden = found.jobs.length > 0;
-    // Lines are laid anew only when something changed, so that a button under the keyboard's focus stays.
-    const now = JSON.stringify(found.jobs);
-    if (now !== shown) body.replaceChildren(...found.jobs.map((job) => line(job, refresh)));
-    shown = now;
+class List {
+  constructor(place, signal, query) {
+    Object.assign(this, { signal, state: query.get("state") ?? "", sweep: query.get("sweep") ?? "" });
+    this.cursors = [null];
+    this.lines = new Map();
+    this.turn = 0;
+    this.body = h("tbody");
+    this.which = h("span", { class: "faint" });
+    this.newer = h("button", { type: "button", onclick: () => this.go(() => this.cursors.pop()) }, "Newer");
+    this.older = h("button", { type: "button", onclick: () => this.go(() => this.cursors.push(this.next)) }, "Older");
+    this.empty = h("p", { class: "faint", hidden: true }, "No jobs here. ", h("a", { href: "#/new" }, "Begin a test"), ".");
+    this.states = new Map(["", ...STATES].map((state) => [state, this.choice(state)]));
+    place.append(
+      h("div", { class: "bar spread" }, h("h1", {}, "Jobs"), h("nav", { class: "bar", "aria-label": "State" }, ...this.states.values())),
+      this.sweep ? h("p", {}, `Sweep ${this.sweep} alone. `, h("a", { href: `#/${this.state && `?state=${this.state}`}` }, "Show all jobs")) : "",
+      h("section", {},
+        h("div", { class: "scroll" }, h("table", {},
+          h("thead", {}, h("tr", {}, COLUMNS.map((name) => h("th", { scope: "col", class: name === "Left" ? "number" : null }, name)))),
+          this.body)),
+        this.empty,
+        h("div", { class: "bar" }, this.newer, this.older, this.which)));
   }
-  await refresh();
-  const timer = setInterval(() => refresh().catch((error) => tell(error.message)), PERIOD);
-  signal.addEventListener("abort", () => clearInterval(timer));
+
+  /** Return the link to the jobs of one state, or of all. */
+  choice(state) {
+    const query = new URLSearchParams({ ...(state && { state }), ...(this.sweep && { sweep: this.sweep }) });
+    return h("a", { href: `#/?${query}`, "aria-current": state === this.state && "true" }, state || "all");
+  }
+
+  go(turn) {
+    turn();
+    this.refresh().catch(report);
+  }
+
+  async refresh() {
+    const turn = (this.turn += 1);
+    const query = new URLSearchParams({ limit: PAGE });
+    if (this.state) query.set("state", this.state);
+    if (this.sweep) query.set("sweep", this.sweep);
+    if (this.cursors.at(-1)) query.set("cursor", this.cursors.at(-1));
+    const [found, counted] = await Promise.all([get(`v1/jobs?${query}`, this.signal), counts(this.signal)]);
+    // Another page was asked for meanwhile.
+    if (turn !== this.turn) return;
+    this.next = found.cursor;
+    this.show(found.jobs);
+    this.count(found, counted);
+  }
+
+  show(jobs) {
+    const lines = new Map(jobs.map((job) => [job.id, this.lines.get(job.id) ?? new Line(job, (now) => this.lines.get(now.id)?.show(now))]));
+    this.lines = lines;
+    for (const job of jobs) lines.get(job.id).show(job);
+    arrange(this.body, [...lines.values()].map(({ row }) => row));
+    this.empty.hidden = jobs.length > 0;
+  }
+
+  /** Say how many jobs there are; of a sweep the service does not count them, and the last page tells. */
+  count({ jobs, cursor }, counted) {
+    counted[""] = Object.values(counted).reduce((sum, one) => sum + one, 0);
+    for (const [state, link] of this.states) {
+      put(link, this.sweep ? state || "all" : `${state || "all"} ${counted[state]}`);
+      link.hidden = Boolean(state) && state !== this.state && !counted[state];
+    }
+    const before = PAGE * (this.cursors.length - 1);
+    const last = before + jobs.length;
+    const all = this.sweep ? (cursor ? "more" : last) : Math.max(counted[this.state], last);
+    put(this.which, jobs.length ? `${before + 1}–${last} of ${all}` : "");
+    this.newer.hidden = this.cursors.length === 1;
+    this.older.hidden = !cursor;
+  }
+}
+
+export async function showJobs(place, signal, query) {
+  entitle("Jobs");
+  const list = new List(place, signal, query);
+  await list.refresh();
+  rest(PERIOD).then(() => every(signal, async () => {
+    await list.refresh();
+    return PERIOD;
+  }));
 }

@@ -1,5 +1,6 @@
 // Show the page that the address names: the jobs, a job, a new test.
-import { h } from "./dom.js";
+import { Unreachable } from "./api.js";
+import { entitle, h } from "./dom.js";
 import { showJobs } from "./jobs.js";
 import { showJob } from "./job.js";
 import { showNew } from "./new.js";
@@ -16,25 +17,43 @@ function wear(name) {
   window.dispatchEvent(new Event("theme"));
 }
 
-async function route() {
-  leave();
-  const address = location.hash.replace(/^#\/?/, "");
-  const [kind, id] = address.split("/");
-  page.replaceChildren();
+/** Mark the link to the page that is shown. */
+function point(kind) {
   for (const link of document.querySelectorAll("nav a")) {
     const here = link.getAttribute("href") === (kind === "new" ? "#/new" : "#/");
     if (here) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
-  const left = new AbortController();
-  leave = () => left.abort();
+}
+
+function fail(place, error, signal) {
+  if (signal.aborted) return;
+  if (error instanceof Unreachable) {
+    place.replaceChildren(h("p", { class: "faint" }, "This page comes as soon as the service can be reached."));
+    window.addEventListener("reached", route, { once: true, signal });
+  } else {
+    entitle("Not shown");
+    place.replaceChildren(h("section", {}, h("h1", {}, "That did not work"), h("p", { class: "wrong" }, error.message)));
+  }
+}
+
+async function route() {
+  leave();
+  const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
+  const [kind, id] = path.split("/");
+  const controller = new AbortController();
+  const { signal } = controller;
+  leave = () => controller.abort();
+  // Each page fills a place of its own: one that is left before it has loaded fills nothing that is seen.
+  const place = h("div");
+  page.replaceChildren(place);
+  point(kind);
   try {
-    if (kind === "jobs" && id) await showJob(page, decodeURIComponent(id), left.signal);
-    else if (kind === "new") await showNew(page, left.signal, id);
-    else await showJobs(page, left.signal);
+    if (kind === "jobs" && id) await showJob(place, signal, decodeURIComponent(id));
+    else if (kind === "new") await showNew(place, signal);
+    else await showJobs(place, signal, new URLSearchParams(query));
   } catch (error) {
-    if (left.signal.aborted) return;
-    page.replaceChildren(h("section", {}, h("h1", {}, "That did not work"), h("p", { class: "wrong" }, error.message)));
+    fail(place, error, signal);
   }
 }
 
@@ -42,5 +61,7 @@ theme.value = localStorage.getItem("knitlab-theme") ?? "";
 wear(theme.value);
 theme.addEventListener("change", () => wear(theme.value));
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => wear(theme.value));
+// The address names the page already: the skip link moves the focus only.
+document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); page.focus(); });
 window.addEventListener("hashchange", () => { route(); page.focus(); });
 route();

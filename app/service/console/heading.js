@@ -1,0 +1,35 @@
+// Say above all else how far a job is, and change that in place as it goes on.
+import { entitle, h, put } from "./dom.js";
+import { Verbs, badge, stamp } from "./verbs.js";
+import { doing, ending, percent, span } from "./words.js";
+
+export class Heading {
+  constructor(place, job, changed) {
+    const title = h("h1", { tabindex: "-1" }, job.name, " ", h("span", { class: "faint" }, job.id));
+    this.state = badge();
+    this.verbs = new Verbs(changed, title);
+    this.done = h("progress", { max: 1, "aria-label": "done" });
+    this.share = h("span");
+    this.left = h("span", { class: "faint" });
+    this.rows = h("span", { class: "faint" });
+    this.where = h("p");
+    const sweep = job.sweep && h("a", { href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
+    place.append(h("div", {},
+      h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.state, this.verbs.node)),
+      h("div", { class: "bar" }, this.done, this.share, this.left, this.rows, sweep),
+      this.where));
+  }
+
+  show(job) {
+    const { progress } = job;
+    stamp(this.state, job);
+    this.verbs.show(job);
+    this.done.value = progress.share;
+    put(this.share, percent(progress.share, 0));
+    this.left.hidden = Boolean(job.finished);
+    put(this.left, `${span(progress.seconds_left)} left`);
+    put(this.rows, `${progress.rows} equilibria, attempt ${job.attempts}`);
+    put(this.where, job.finished ? ending(job) : doing(progress));
+    entitle(job.finished ? `${job.name} ${job.state}` : `${percent(progress.share, 0)} ${job.name}`);
+  }
+}
