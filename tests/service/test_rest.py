@@ -253,46 +253,6 @@ def test_what_the_framework_refuses_is_a_problem_too(http: httpx.Client) -> None
         assert (answer.status_code, answer.headers["allow"]) == (405, allowed)
 
 
-def test_a_sweep_is_accepted_whole(http: httpx.Client, store: Store, protocol: str) -> None:
-    body = {"protocol": protocol, "values": {"peak": ["5 %", "10 %", 0.15]}}
-    key = {"Idempotency-Key": uuid.uuid4().hex}
-    answer = http.post("/v1/sweeps", json=body, headers=key)
-    assert answer.status_code == 202, answer.text
-    jobs = answer.json()["jobs"]
-    assert [job["name"] for job in jobs] == ["biaxial_small-1", "biaxial_small-2", "biaxial_small-3"]
-    assert {job["sweep"] for job in jobs} == {answer.json()["sweep"]}
-    plans = [
-        http.post("/v1/protocols:validate", content=store.spec(job["id"]).protocol, headers=YAML).json() for job in jobs
-    ]
-    lengths = plans[0]["specimen"]["gauge_lengths_m"]
-    peaks = [plan["strokes"][1]["end_m"]["C"] / lengths["C"] for plan in plans]
-    assert peaks == pytest.approx([0.05, 0.10, 0.15])
-    assert http.post("/v1/sweeps", json=body, headers=key).json()["sweep"] == answer.json()["sweep"]
-    own = protocol.replace("steps:", "sweep: {peak: [5 %, 10 %]}\nsteps:")
-    assert http.post("/v1/sweeps", json={"protocol": own}).json()["count"] == 2
-    listed = {"protocols": [{"protocol": protocol}, EXAMPLE_JSON]}
-    assert http.post("/v1/sweeps", json=listed).json()["count"] == 2
-
-
-@pytest.mark.parametrize(
-    ("body", "kind"),
-    [
-        ({"protocols": []}, "invalid-request"),
-        ({"protocols": [EXAMPLE_JSON, {**EXAMPLE_JSON, "rig": "x"}]}, "invalid-protocol"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %", -1]}}, "invalid-protocol"),
-        ({**EXAMPLE_SWEEP, "values": {"speed": [1]}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": []}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": [[1]]}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %"] * 10_001}}, "beyond-bound"),
-        ([], "invalid-request"),
-    ],
-)
-def test_a_sweep_is_refused_whole(http: httpx.Client, store: Store, body: object, kind: str) -> None:
-    before = sum(store.counts().values())
-    problem(http.post("/v1/sweeps", json=body), 422, kind)
-    assert sum(store.counts().values()) == before
-
-
 def test_the_documentation_has_examples_that_run(http: httpx.Client) -> None:
     document = http.get("/openapi.json").json()
     assert http.get("/docs").status_code == 200

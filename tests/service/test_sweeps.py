@@ -5,18 +5,23 @@ from __future__ import annotations
 import json
 import time
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
+import httpx
 import pytest
+from anyio import CapacityLimiter
 
 from app.service.api.bounds import Bounds
-from app.service.api.documents import EXAMPLE_JSON
+from app.service.api.build import create_app
+from app.service.api.context import Context
+from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP
+from app.service.api.routes import sweeps
 from app.service.api.sweeping import swept
-from tests.service.test_rest import problem
+from tests.service.serving import served
+from tests.service.test_rest import YAML, problem
 
 if TYPE_CHECKING:
-    import httpx
-
     from app.service.store import Store
 
 OWN = """\
@@ -37,6 +42,46 @@ def place_of(http: httpx.Client, body: object, kind: str = "invalid-protocol") -
 def brought(protocol: str) -> str:
     """Return the protocol with a material of its own."""
     return protocol.replace("RGD8530-DM", "mine").replace("log:", "materials: own.yaml\nlog:")
+
+
+def test_a_sweep_is_accepted_whole(http: httpx.Client, store: Store, protocol: str) -> None:
+    body = {"protocol": protocol, "values": {"peak": ["5 %", "10 %", 0.15]}}
+    key = {"Idempotency-Key": uuid.uuid4().hex}
+    answer = http.post("/v1/sweeps", json=body, headers=key)
+    assert answer.status_code == 202, answer.text
+    jobs = answer.json()["jobs"]
+    assert [job["name"] for job in jobs] == ["biaxial_small-1", "biaxial_small-2", "biaxial_small-3"]
+    assert {job["sweep"] for job in jobs} == {answer.json()["sweep"]}
+    plans = [
+        http.post("/v1/protocols:validate", content=store.spec(job["id"]).protocol, headers=YAML).json() for job in jobs
+    ]
+    lengths = plans[0]["specimen"]["gauge_lengths_m"]
+    peaks = [plan["strokes"][1]["end_m"]["C"] / lengths["C"] for plan in plans]
+    assert peaks == pytest.approx([0.05, 0.10, 0.15])
+    assert http.post("/v1/sweeps", json=body, headers=key).json()["sweep"] == answer.json()["sweep"]
+    own = protocol.replace("steps:", "sweep: {peak: [5 %, 10 %]}\nsteps:")
+    assert http.post("/v1/sweeps", json={"protocol": own}).json()["count"] == 2
+    listed = {"protocols": [{"protocol": protocol}, EXAMPLE_JSON]}
+    assert http.post("/v1/sweeps", json=listed).json()["count"] == 2
+
+
+@pytest.mark.parametrize(
+    ("body", "kind"),
+    [
+        ({"protocols": []}, "invalid-request"),
+        ({"protocols": [EXAMPLE_JSON, {**EXAMPLE_JSON, "rig": "x"}]}, "invalid-protocol"),
+        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %", -1]}}, "invalid-protocol"),
+        ({**EXAMPLE_SWEEP, "values": {"speed": [1]}}, "invalid-request"),
+        ({**EXAMPLE_SWEEP, "values": {"peak": []}}, "invalid-request"),
+        ({**EXAMPLE_SWEEP, "values": {"peak": [[1]]}}, "invalid-request"),
+        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %"] * 10_001}}, "beyond-bound"),
+        ([], "invalid-request"),
+    ],
+)
+def test_a_sweep_is_refused_whole(http: httpx.Client, store: Store, body: object, kind: str) -> None:
+    before = sum(store.counts().values())
+    problem(http.post("/v1/sweeps", json=body), 422, kind)
+    assert sum(store.counts().values()) == before
 
 
 def test_a_refused_combination_is_named_and_found_in_the_text(http: httpx.Client, protocol: str) -> None:
@@ -148,6 +193,25 @@ def test_materials_are_read_once_for_a_whole_sweep(protocol: str) -> None:
     many = swept({"protocol": brought(protocol), "materials": OWN + entries, "values": values}, Bounds())
     assert time.monotonic() - began < max(2.0, 2.0 * first)
     assert {spec.materials for spec in [*one, *many]} == {OWN + entries}
+
+
+def test_sweeps_that_wait_are_bounded_and_hold_up_nothing_else(store: Store, protocol: str) -> None:
+    # Somebody's sweep is being looked at, and takes its time.
+    context = Context(store=store, sweeping=CapacityLimiter(0))
+    body = {"protocol": protocol, "values": {"peak": ["5 %"]}}
+    with served(create_app(context)) as at, ThreadPoolExecutor(20) as pool:
+        asked = [pool.submit(httpx.post, f"{at}/v1/sweeps", json=body, timeout=60.0) for _ in range(20)]
+        deadline = time.monotonic() + 30.0
+        while sum(one.done() for one in asked) < 20 - sweeps._QUEUE and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for one in asked:
+            if one.done():
+                problem(one.result(), 503, "busy")
+                assert int(one.result().headers["retry-after"]) > 0
+        assert sum(not one.done() for one in asked) == sweeps._QUEUE
+        assert httpx.get(f"{at}/v1/rigs").status_code == 200
+        context.sweeping.total_tokens = 1
+        assert sum(one.result().status_code == 202 for one in asked) == sweeps._QUEUE
 
 
 @pytest.mark.slow
