@@ -157,6 +157,24 @@ def _facts(shape: SpecimenSpec, plated: tuple[Axis, ...]) -> SpecimenFacts:
     return describe(make_specimen(shape), plated)
 
 
+def count_rows(loaded: Loaded) -> int:
+    """Return how many rows the log of a protocol will have: what a sweep needs to know of each of its jobs.
+
+    Raises
+    ------
+    ProtocolError
+        As `dry_run`.
+    """
+    protocol = loaded.one_test().protocol
+    try:
+        facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
+        rows = planned_rows(protocol, {axis: facts.gauge_lengths[axis] for axis in protocol.axes})
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+    fitted_machines(loaded)
+    return rows
+
+
 def dry_run(loaded: Loaded) -> Plan:
     """Go through a protocol without physics.
 

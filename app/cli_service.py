@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from app.exit_codes import INTERRUPTED
+from app.service.address import DEFAULT_SERVER, PORT
+from app.service.jobs import State  # noqa: TC001 (typer reads the annotations)
+from app.terminal import ProtocolPath, complain
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from app.knitlab_client import Client, Job
 
-State = Literal["queued", "running", "paused", "cancelling", "succeeded", "failed", "cancelled"]
 JobId = Annotated[str, typer.Argument(metavar="ID", help="Id of a job, as `knitlab submit` prints it.")]
 Server = Annotated[
     str, typer.Option(envvar="KNITLAB_SERVER", help="Address of the service.", show_envvar=True, metavar="URL")
@@ -30,8 +34,6 @@ All = Annotated[bool, typer.Option("--all", help="Fetch the whole run folder, no
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
 
-_SERVER = "http://127.0.0.1:8731"
-
 remote = typer.Typer()
 jobs = typer.Typer(
     invoke_without_command=True,
@@ -44,31 +46,53 @@ remote.add_typer(jobs, name="jobs")
 
 @remote.command(
     short_help="Submit a protocol to a service as a job.",
-    epilog="\b\nExample:\n  knitlab submit examples/biaxial_cycle.yaml --watch",
+    epilog="\b\nExamples:\n  knitlab submit examples/biaxial_cycle.yaml --watch\n"
+    "  knitlab submit sweep.yaml --timeout 2h --memory 4GiB --no-pictures",
 )
 def submit(
-    protocol: Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)],
+    protocol: ProtocolPath,
     *,
     follow: Annotated[bool, typer.Option("--watch", help="Follow the job to its end, and fetch its logs.")] = False,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Leave plot and pictures out.")] = False,
+    timeout: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="Longest time that a job may run, such as 2h.", show_default="none"),
+    ] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(metavar="SIZE", help="Most memory that a job may hold, such as 4GiB.", show_default="8GiB"),
+    ] = None,
     out: Out = None,
     everything: All = False,
-    server: Server = _SERVER,
+    server: Server = DEFAULT_SERVER,
     token: Token = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
     """Submit a protocol as a job and print its id; with --watch follow it, as `knitlab watch` does.
 
+    Every point of a `sweep:` becomes a job, all or none; the id is the sweep's, for `knitlab jobs --sweep`.
     The job goes on when this command is interrupted, and when the service is started again. Exit code 5: no service.
     """
     from app.schemas import load  # noqa: PLC0415
+    from app.units import parse  # noqa: PLC0415
+    from knitlab_core.errors import SpecificationError  # noqa: PLC0415
 
     loaded = load(protocol)
+    if loaded.points and follow:
+        raise SpecificationError("--watch", f"a sweep of {len(loaded.points)} points", "one test")
+    asked: dict[str, Any] = {
+        "name": loaded.protocol.name,
+        "materials": loaded.materials,
+        "timeout": None if timeout is None else parse(timeout, "time", "--timeout"),
+        "memory": None if memory is None else round(parse(memory, "memory", "--memory")),
+        "pictures": not no_pictures,
+    }
     with _client(server, token) as client:
-        job = client.submit(
-            loaded.text, name=loaded.protocol.name, materials=loaded.materials, pictures=not no_pictures
-        )
+        if loaded.points:
+            _print_sweep(client.sweep(loaded.text, **asked), as_json=as_json)
+            return
+        job = client.submit(loaded.text, **asked)
         if follow:
             _follow(client, job, out, everything=everything, quiet=quiet, as_json=as_json)
         else:
@@ -84,7 +108,7 @@ def watch(
     *,
     out: Out = None,
     everything: All = False,
-    server: Server = _SERVER,
+    server: Server = DEFAULT_SERVER,
     token: Token = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -98,7 +122,7 @@ def watch(
     short_help="Cancel a job.",
     epilog="\b\nExample:\n  knitlab cancel 3f2a9c0d41e65b78",
 )
-def cancel(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+def cancel(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, as_json: AsJson = False) -> None:
     """Ask a job to end; what it recorded is kept."""
     with _client(server, token) as client:
         _print_state(client.cancel(job), as_json=as_json)
@@ -114,7 +138,7 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on; any but this machine's own needs a token.")] = (
         "127.0.0.1"
     ),
-    port: Annotated[int, typer.Option(help="Port; 0 for a free one.", min=0, max=65535)] = 8731,
+    port: Annotated[int, typer.Option(help="Port; 0 for a free one.", min=0, max=65535)] = PORT,
     data: Annotated[
         Path | None,
         typer.Option(envvar="KNITLAB_DATA", help="Data folder.", show_default="knitlab-data", file_okay=False),
@@ -137,7 +161,7 @@ def _list(
     limit: Annotated[int, typer.Option(help="Most jobs to list.", min=1, max=1000)] = 20,
     state: Annotated[State | None, typer.Option(help="Only jobs in this state.", show_default=False)] = None,
     sweep: Annotated[str | None, typer.Option(help="Only jobs of this sweep.", show_default=False)] = None,
-    server: Server = _SERVER,
+    server: Server = DEFAULT_SERVER,
     token: Token = None,
     as_json: AsJson = False,
 ) -> None:
@@ -155,21 +179,21 @@ def _list(
 
 
 @jobs.command()
-def show(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+def show(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, as_json: AsJson = False) -> None:
     """Show one job."""
     with _client(server, token) as client:
         _print_state(client.job(job), as_json=as_json)
 
 
 @jobs.command()
-def pause(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+def pause(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, as_json: AsJson = False) -> None:
     """Ask a job to rest at its checkpoint."""
     with _client(server, token) as client:
         _print_state(client.pause(job), as_json=as_json)
 
 
 @jobs.command()
-def resume(job: JobId, *, server: Server = _SERVER, token: Token = None, as_json: AsJson = False) -> None:
+def resume(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, as_json: AsJson = False) -> None:
     """Let a paused job go on; `knitlab resume` goes on with a run of this machine's own."""
     with _client(server, token) as client:
         _print_state(client.resume(job), as_json=as_json)
@@ -185,6 +209,17 @@ def _client(server: str, token: str | None) -> Client:
 def _print_state(job: Job, *, as_json: bool) -> None:
     """Print one job, its state first."""
     _print_job(job, f"{job.state} {job.id} {job.name} {job.progress.share:.0%} {job.message}".rstrip(), as_json=as_json)
+
+
+def _print_sweep(jobs: Sequence[Job], *, as_json: bool) -> None:
+    """Print the id of a sweep, or its jobs as JSON."""
+    from app.tables import jobs_data, print_json  # noqa: PLC0415
+
+    if as_json:
+        print_json(jobs_data(jobs))
+    else:
+        sys.stdout.write(f"{jobs[0].sweep}\n")
+        complain(f"{len(jobs)} jobs: knitlab jobs --sweep {jobs[0].sweep}")
 
 
 def _print_job(job: Job, text: str, *, as_json: bool) -> None:

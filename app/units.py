@@ -17,7 +17,17 @@ if TYPE_CHECKING:
     import pint
 
 Dimension: TypeAlias = Literal[
-    "length", "speed", "time", "force", "frequency", "strain", "stress", "density", "strain rate", "force rate"
+    "length",
+    "speed",
+    "time",
+    "force",
+    "frequency",
+    "strain",
+    "stress",
+    "density",
+    "strain rate",
+    "force rate",
+    "memory",
 ]
 
 # SI unit; the unit people write; how errors describe what is allowed.
@@ -33,6 +43,7 @@ _DIMENSIONS: Final = MappingProxyType(
         "density": ("kg/m**3", "kg/m**3", "a density with its unit, such as 1180 kg/m^3"),
         "strain rate": ("1/s", "1/s", "a strain rate with its unit, such as 1e-3 1/s or 0.1 %/s"),
         "force rate": ("N/s", "N/s", "a force rate with its unit, such as 0.1 N/s"),
+        "memory": ("byte", "GiB", "a size of memory with its unit, such as 8 GiB"),
     }
 )
 
@@ -77,12 +88,14 @@ def parse(text: object, dimension: Dimension, field: str = "quantity") -> float:
     0.008
     >>> parse("40 %", "strain")
     0.4
+    >>> parse("8GiB", "memory") / 1024**3
+    8.0
     """
     refusal = UnitError(field, text, allowed(dimension))
     if isinstance(text, int | float) and not isinstance(text, bool) and dimension == "strain":
         value = float(text)
     elif isinstance(text, str) and len(text) <= 100 and (match := _QUANTITY.fullmatch(text)):
-        value = _convert(float(match[1]), match[2], dimension, refusal)
+        value = _convert(float(match[1]), match[2], dimension)
     else:
         raise refusal
     if not math.isfinite(value):
@@ -108,17 +121,20 @@ def write(value: float, dimension: Dimension) -> str:
     return f"{value!r} {si}"
 
 
-def _convert(number: float, unit: str, dimension: Dimension, refusal: UnitError) -> float:
-    """Return `number` of `unit` in SI, or raise `refusal`."""
+# The jobs of a sweep say the same few quantities thousands of times.
+@functools.lru_cache(maxsize=4096)
+def _convert(number: float, unit: str, dimension: Dimension) -> float:
+    """Return `number` of `unit` in SI; not a number if it measures something else."""
     import pint  # noqa: PLC0415 (as above)
 
     units = registry()
     try:
         given = units.Quantity(number, units.parse_units(f"1{unit}" if unit.startswith("/") else unit))
         quantity = given.to(_DIMENSIONS[dimension][0])
-    except (pint.PintError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
-        raise refusal from error
-    # Pint takes an angle for a pure number, so 600 rpm would be 62.8 Hz and 40 degrees a strain.
-    if "radian" in str(given.to_base_units().units):
-        raise refusal
+    except (pint.PintError, ValueError, AttributeError, OverflowError, ZeroDivisionError):
+        return math.nan
+    # Pint takes an angle and a bit for pure numbers: 600 rpm would be 62.8 Hz, 40 degrees a strain, 5 % a memory.
+    base = str(given.to_base_units().units)
+    if "radian" in base or ("bit" in base) != (dimension == "memory"):
+        return math.nan
     return float(quantity.magnitude)

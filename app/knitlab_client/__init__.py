@@ -12,7 +12,8 @@ Submit a protocol, watch it, fetch what its instruments logged::
 """
 
 from app.knitlab_client.answers import Event, File, Job, Page, Progress
-from app.knitlab_client.client import DEFAULT_SERVER, Client
+from app.knitlab_client.client import Client
+from app.service.address import DEFAULT_SERVER
 from app.service_errors import ServiceError, UnreachableError
 
 __all__ = ["DEFAULT_SERVER", "Client", "Event", "File", "Job", "Page", "Progress", "ServiceError", "UnreachableError"]

@@ -13,6 +13,7 @@ from httpx_sse import EventSource, SSEError
 
 from app.knitlab_client.answers import Event, File, Job, Page, file_of, job_of
 from app.run_folder import whole_file
+from app.service.address import DEFAULT_SERVER
 from app.service_errors import ServiceError, UnreachableError
 
 if TYPE_CHECKING:
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-DEFAULT_SERVER: Final = "http://127.0.0.1:8731"
-
 _TRIES: Final = 3
 _PAUSE: Final = 0.5
+_LONG: Final = 600.0
+"""How long the service may take to look at all jobs of a sweep [s]."""
+
 _QUIET: Final = 60.0
 """Longest silence of an event stream [s]; the service sends a comment every 15 s."""
 
@@ -79,6 +81,8 @@ class Client:
         name: str = "test",
         materials: str = "",
         key: str | None = None,
+        timeout: float | None = None,
+        memory: int | None = None,
         pictures: bool = True,
     ) -> Job:
         """Submit a protocol, once even if the answer is lost on the way.
@@ -93,17 +97,49 @@ class Client:
             The YAML of the file that it names under `materials`.
         key : str or None
             What tells this submission from others; None makes one.
+        timeout : float or None
+            Longest time that the job may run [s]; None for no bound.
+        memory : int or None
+            Most memory that its process may hold [bytes]; None for what the service allows by itself.
         pictures : bool
             Whether to draw the plot and the knit too.
         """
-        body = {"protocol": protocol, "name": name, **({"materials": materials} if materials else {})}
-        path = "/v1/jobs" if pictures else "/v1/jobs?pictures=false"
-        return job_of(self._post_once(path, body, key))
+        body = _envelope(protocol, name, materials)
+        return job_of(self._post_once("/v1/jobs", body, key, _limits(timeout, memory, pictures=pictures)))
 
-    def sweep(self, protocols: Sequence[str], *, key: str | None = None) -> tuple[Job, ...]:
-        """Submit many protocols: all of them or none."""
-        body = {"protocols": [{"protocol": protocol} for protocol in protocols]}
-        return tuple(job_of(one) for one in self._post_once("/v1/sweeps", body, key)["jobs"])
+    def sweep(
+        self,
+        protocols: str | Sequence[str],
+        *,
+        values: Mapping[str, Sequence[str | float]] | None = None,
+        name: str = "test",
+        materials: str = "",
+        key: str | None = None,
+        timeout: float | None = None,
+        memory: int | None = None,
+        pictures: bool = True,
+    ) -> tuple[Job, ...]:
+        """Submit a sweep, once: all of its jobs or none. The service may take minutes over thousands of them.
+
+        Parameters
+        ----------
+        protocols : str or sequence of str
+            One protocol over values of its `params`, or many protocols; the first is read much faster.
+        values : mapping of str to sequence, optional
+            Values of each parameter, every combination a job; None for the `sweep:` of the protocol itself.
+        name, materials, key, timeout, memory, pictures
+            As of `submit`, for each job.
+        """
+        body: dict[str, Any]
+        if isinstance(protocols, str):
+            body = _envelope(protocols, name, materials)
+            if values is not None:
+                body["values"] = {parameter: list(listed) for parameter, listed in values.items()}
+        else:
+            body = {"protocols": [_envelope(protocol, name, materials) for protocol in protocols]}
+        asked = _limits(timeout, memory, pictures=pictures)
+        found = self._post_once("/v1/sweeps", body, key, asked, patience=_LONG)
+        return tuple(job_of(one) for one in found["jobs"])
 
     def job(self, job: str) -> Job:
         """Return a job."""
@@ -174,17 +210,26 @@ class Client:
                     raise
             time.sleep(_PAUSE)
 
-    def _post_once(self, path: str, body: object, key: str | None) -> Any:  # noqa: ANN401 (what JSON holds)
-        """Post a body under an idempotency key, again if the connection breaks: the service takes it once."""
+    def _post_once(
+        self, path: str, body: object, key: str | None, asked: Mapping[str, str], *, patience: float = 0.0
+    ) -> Any:  # noqa: ANN401 (what JSON holds)
+        """Post a body under an idempotency key, again if the connection breaks: the service takes it once.
+
+        Where an answer may take long, `patience` [s] goes before the client's own.
+        """
         headers = {"Idempotency-Key": key or str(uuid4())}
+        own = self._http.timeout
+        given: dict[str, Any] = {"json": body, "headers": headers, "params": asked, "timeout": own}
+        if own.read is not None and patience > own.read:
+            given["timeout"] = httpx.Timeout(connect=own.connect, read=patience, write=own.write, pool=own.pool)
         for _ in range(_TRIES - 1):
             try:
-                return self._json("POST", path, json=body, headers=headers)
+                return self._json("POST", path, **given)
             except UnreachableError as error:
                 if isinstance(error.__cause__, httpx.ConnectError):
                     raise
                 time.sleep(_PAUSE)
-        return self._json("POST", path, json=body, headers=headers)
+        return self._json("POST", path, **given)
 
     def _json(self, method: str, path: str, **given: Any) -> Any:  # noqa: ANN401 (what JSON holds)
         """Return the JSON of an answer."""
@@ -208,6 +253,18 @@ class Client:
         except httpx.TransportError as error:
             raise UnreachableError(self.server, _reason(error)) from error
         return target
+
+
+def _envelope(protocol: str, name: str, materials: str) -> dict[str, Any]:
+    """Return a protocol with what belongs to it."""
+    return {"protocol": protocol, "name": name, **({"materials": materials} if materials else {})}
+
+
+def _limits(timeout: float | None, memory: int | None, *, pictures: bool) -> dict[str, str]:
+    """Return what a submission asks for in its query; what it leaves out is the service's to say."""
+    asked = {} if timeout is None else {"timeout": repr(float(timeout))}
+    asked |= {} if memory is None else {"memory": str(memory)}
+    return asked if pictures else {**asked, "pictures": "false"}
 
 
 def _check(response: httpx.Response) -> None:

@@ -12,6 +12,8 @@ material_files  the files that materials of one's own stand in
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -44,7 +46,7 @@ __all__ = [
     "load",
     "load_sweep",
     "loads",
-    "loads_data",
+    "loads_document",
     "to_yaml",
 ]
 
@@ -116,9 +118,10 @@ def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
         For whatever is wrong with it, in one line.
     """
 
-    def beside(name: str) -> Document:
+    def beside(name: str) -> tuple[Mapping[str, Material], str]:
         file = materials_file(path, name)
-        return parse_text(read_text(file, "materials"), str(file), "materials")
+        text = read_text(file, "materials")
+        return _read_materials(text, str(file)), text
 
     return _loaded(parse_text(read_text(path), str(path)), path.stem, beside, chosen or {})
 
@@ -158,15 +161,13 @@ def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, material
     return _loaded(parse_text(text, path), name, lambda file: _given(file, materials), {})
 
 
-def loads_data(data: dict[str, Any], text: str, *, name: str = _UNNAMED, materials: str = "") -> Loaded:
-    """Read a protocol from plain data, as a sweep makes it; its errors name fields, no lines.
+def loads_document(document: Document, *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+    """Read a protocol from a document, as a sweep makes many of one.
 
     Parameters
     ----------
-    data : dict
-        What a YAML parser finds in `text`.
-    text : str
-        The same, to be kept.
+    document : Document
+        The protocol.
     name : str
         Name of a protocol that gives itself none.
     materials : str
@@ -177,30 +178,39 @@ def loads_data(data: dict[str, Any], text: str, *, name: str = _UNNAMED, materia
     ProtocolError
         For whatever is wrong with it, in one line.
     """
-    document = Document(path="<protocol>", text=text, data=data, keys={}, values={})
     return _loaded(document, name, lambda file: _given(file, materials), {})
 
 
-def _given(file: str, materials: str) -> Document:
-    """Return the materials that came with a text."""
+def _given(file: str, materials: str) -> tuple[Mapping[str, Material], str]:
+    """Return the materials that came with a text, and their own text."""
     if not materials:
         raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
-    return parse_text(materials, file, "materials")
+    return _read_materials(materials, file), materials
 
 
-def _loaded(document: Document, name: str, find: Callable[[str], Document], chosen: Mapping[str, Data]) -> Loaded:
-    """Return the protocol of a document; `find` finds the materials that it names."""
+@lru_cache(maxsize=4)
+def _read_materials(text: str, path: str) -> Mapping[str, Material]:
+    """Return the materials of a text; read once, for every job of a sweep brings the same."""
+    return MappingProxyType(to_materials(parse_text(text, path, "materials")))
+
+
+def _loaded(
+    document: Document,
+    name: str,
+    find: Callable[[str], tuple[Mapping[str, Material], str]],
+    chosen: Mapping[str, Data],
+) -> Loaded:
+    """Return the protocol of a document; `find` finds the materials that it names, and their text."""
     data = substitute(document, chosen)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
         raise first_error(document, error) from error
-    own: dict[str, Material] = {}
+    own: Mapping[str, Material] = {}
     text = ""
     if isinstance(model.materials, str):
         with at(document, ()):
-            found = find(model.materials)
-        own, text = to_materials(found), found.text
+            own, text = find(model.materials)
     points = tuple(point for point in points_of(model, document) if not set(point.values) <= set(chosen))
     protocol = to_domain(model, document, name, own)
     if not chosen:

@@ -6,6 +6,7 @@ import signal
 import socket
 import sys
 import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 import uvicorn
@@ -18,7 +19,7 @@ from app.service.store import Store
 from app.service.worker import Worker, own
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterator
     from pathlib import Path
     from types import FrameType
 
@@ -57,19 +58,26 @@ def serve(*, host: str, port: int, slots: int, data: Path | None, token: str | N
     given = settings(data)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with own(given), Store(given) as store, socket.create_server((host, port), family=family) as listener:
-        worker = Worker(store, slots) if slots else None
-        if worker is not None:
-            worker.start()
-        try:
-            app = create_app(Context(store=store, token=token))
-            _answer(app, listener, lambda address: _announce(address, slots, given.data))
-        finally:
+        context = Context(store=store, token=token)
+        with _answering(create_app(context), listener) as stop:
+            worker = Worker(store, slots) if slots else None
             if worker is not None:
-                worker.drain()
+                worker.start()
+            try:
+                _announce(listener, slots, given.data)
+                # A wait without an end may sleep through a signal.
+                while not stop.wait(0.5):
+                    pass
+            finally:
+                # Streams end while the jobs go back to the queue: one after the other they may pass Docker's 10 s.
+                context.closing.set()
+                if worker is not None:
+                    worker.drain()
 
 
-def _answer(app: FastAPI, listener: socket.socket, announce: Callable[[str], None]) -> None:
-    """Answer requests until a signal comes.
+@contextmanager
+def _answering(app: FastAPI, listener: socket.socket) -> Iterator[threading.Event]:
+    """Answer requests until a signal comes, which sets the event that is lent; then give open ones their last answers.
 
     The server runs beside the main thread: there it would hand a SIGTERM on, and the process end before its worker
     has put its jobs back.
@@ -93,14 +101,17 @@ def _answer(app: FastAPI, listener: socket.socket, announce: Callable[[str], Non
         server.should_exit = True
         stop.set()
 
+    def answer() -> None:
+        try:
+            server.run(sockets=[listener])
+        finally:
+            stop.set()
+
     before = {one: signal.signal(one, ask_to_stop) for one in (signal.SIGINT, signal.SIGTERM)}
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="knitlab-http")
+    thread = threading.Thread(target=answer, name="knitlab-http")
     try:
         thread.start()
-        host, port = listener.getsockname()[:2]
-        announce(f"http://{f'[{host}]' if ':' in host else host}:{port}")
-        while thread.is_alive():
-            thread.join(0.5)
+        yield stop
     finally:
         server.should_exit = True
         thread.join()
@@ -108,7 +119,9 @@ def _answer(app: FastAPI, listener: socket.socket, announce: Callable[[str], Non
             signal.signal(one, handler)
 
 
-def _announce(address: str, slots: int, data: Path) -> None:
+def _announce(listener: socket.socket, slots: int, data: Path) -> None:
     """Say where the service is."""
+    host, port = listener.getsockname()[:2]
+    address = f"http://{f'[{host}]' if ':' in host else host}:{port}"
     sys.stderr.write(f"knitlab serves on {address}, {slots} slots, data in {data}; documentation at {address}/docs\n")
     sys.stderr.flush()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import httpx
+import psutil
 import pytest
 
 from app.service.api.bounds import Bounds
@@ -52,14 +53,41 @@ def test_a_body_is_read_no_further_than_its_bound(http: httpx.Client, path: str)
     refused(http.post(path, content=b" " * (bound + 1), headers=JSON), 413, bound)
 
 
-def test_a_length_that_is_only_claimed_takes_no_memory(address: str) -> None:
+def claim(address: str, path: str, length: int) -> socket.socket:
+    """Say that a body of so many bytes comes, and send none of it."""
     place = urlsplit(address)
-    with socket.create_connection((place.hostname or "", place.port or 0), timeout=10) as line:
-        line.sendall(
-            b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-            b"Content-Length: 99999999999999999999\r\n\r\n"
-        )
-        assert line.recv(100).startswith((b"HTTP/1.1 413", b"HTTP/1.1 400"))
+    line = socket.create_connection((place.hostname or "", place.port or 0), timeout=10)
+    line.sendall(
+        f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {length}\r\n\r\n".encode()
+    )
+    return line
+
+
+def test_a_length_beyond_the_bound_is_refused_before_the_body_comes(address: str) -> None:
+    for length in (Bounds().body + 1, 10**12, 10**19):
+        with claim(address, "/v1/jobs", length) as line:
+            answer = b""
+            while b"}" not in answer and (more := line.recv(4000)):
+                answer += more
+            assert answer.startswith(b"HTTP/1.1 413")
+            assert str(Bounds().body).encode() in answer
+
+
+def test_a_length_that_is_only_claimed_takes_no_memory(address: str, http: httpx.Client) -> None:
+    # The service runs in this process: its memory is ours.
+    process = psutil.Process()
+    assert http.get("/healthz").status_code == 200
+    before = process.memory_info().rss
+    lines = [claim(address, "/v1/sweeps", Bounds().sweep_body) for _ in range(50)]
+    try:
+        time.sleep(1.0)
+        assert http.get("/healthz").status_code == 200
+        # 400 MB are said to come.
+        assert process.memory_info().rss - before < 20 * MEGABYTE
+    finally:
+        for line in lines:
+            line.close()
 
 
 DEEP = {

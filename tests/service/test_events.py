@@ -41,7 +41,7 @@ def write(store: Store, job: Job, rows: int) -> JobFolder:
     files = JobFolder(store.folder(job.id))
     files.path.mkdir(parents=True, exist_ok=True)
     files.rows_file.write_bytes(b"".join(map(row, range(rows))))
-    files.write_progress(Progress(share=0.25, text="Stretch 1", rows=rows), 1.0)
+    files.write_progress(Progress(share=0.25, text="Stretch 1", rows=rows, seconds_left=12.5), 1.0)
     return files
 
 
@@ -76,7 +76,10 @@ def test_rows_progress_and_states_arrive_as_they_come(http: httpx.Client, store:
     kind, data, _ = next(events)
     assert (kind, data["first"], len(data["rows"])) == ("rows", 0, 3)
     store.pause(job.id)
-    assert {next(events)[0], next(events)[0]} == {"progress", "state"}
+    later = {kind: data for kind, data, _ in (next(events), next(events))}
+    assert set(later) == {"progress", "state"}
+    assert (later["progress"]["share"], later["progress"]["seconds_left"]) == (0.25, 12.5)
+    assert later["state"]["progress"]["seconds_left"] == 12.5
     with files.rows_file.open("ab") as file:
         file.write(row(3) + row(4)[:10])
         file.flush()
@@ -174,6 +177,18 @@ def test_a_client_that_takes_nothing_is_dropped(store: Store, job: Job, monkeypa
             assert app.state.metrics.open_streams == 0
             assert next(read(http, job))[0] == "rows"
         line.close()
+
+
+def test_streams_end_when_the_service_is_about_to(store: Store, job: Job) -> None:
+    context = Context(store=store)
+    with served(create_app(context)) as at, httpx.Client(base_url=at) as http:
+        events = read(http, job)
+        assert next(events)[0] == "state"
+        context.closing.set()
+        began = time.monotonic()
+        assert list(events) == []
+        assert time.monotonic() - began < 2.0
+    assert store.get(job.id).state == "queued"
 
 
 def test_a_stream_ends_with_its_client(address: str, store: Store, job: Job, http: httpx.Client) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import socket
+import threading
 from shutil import copyfile
 from typing import TYPE_CHECKING
 from urllib.parse import quote, urlsplit
@@ -46,6 +47,7 @@ def done(store: Store, protocol: str, record: Path) -> Job:
     (files.run / "made.csv").write_bytes(CONTENT)
     (files.run / ".made-tmp.csv").write_bytes(b"half")
     (files.path / "lock").write_bytes(b"{}")
+    (files.run / "run.lock").write_bytes(b"{}")
     return job
 
 
@@ -63,8 +65,11 @@ def test_a_file_is_sent_whole(http: httpx.Client, done: Job) -> None:
     assert answer.headers["content-type"].startswith("text/csv")
     assert answer.headers["content-disposition"] == "attachment; filename*=utf-8''made.csv"
     assert answer.headers["x-content-type-options"] == "nosniff"
-    same = http.get(answer.request.url, headers={"If-None-Match": answer.headers["etag"]})
-    assert (same.status_code, same.content) == (304, b"")
+    for known in ("{}", '"other", W/{}', "*"):
+        same = http.get(answer.request.url, headers={"If-None-Match": known.format(answer.headers["etag"])})
+        assert (same.status_code, same.content) == (304, b"")
+    part = http.head(answer.request.url, headers={"Range": "bytes=10-19"})
+    assert (part.status_code, part.content, part.headers["content-length"]) == (206, b"", "10")
 
 
 @pytest.mark.parametrize(
@@ -128,6 +133,7 @@ def raw(address: str, target: str) -> bytes:
         "lock",
         "spec.json",
         "run/.made-tmp.csv",
+        "run/run.lock",
         "link.csv",
         "outside/knitlab.sqlite",
     ],
@@ -185,9 +191,70 @@ def test_a_log_in_a_dialect(http: httpx.Client, store: Store, done: Job) -> None
     part = http.get(f"/v1/jobs/{done.id}/log", headers={"Range": "bytes=0-6"})
     assert (part.status_code, part.text) == (206, "SetName")
     problem(http.get(f"/v1/jobs/{done.id}/log?dialect=x"), 422, "invalid-request")
-    problem(http.get(f"/v1/jobs/{done.id}/log?dialect=bluehill-universal"), 409, "not-ready")
+    # It never will be: the rig has no such machine.
+    never = problem(http.get(f"/v1/jobs/{done.id}/log?dialect=bluehill-universal"), 422, "invalid-request")
+    assert never["errors"] == [{"parameter": "dialect", "detail": never["detail"]}]
+    assert never["detail"].endswith("allowed on biaxial-hook: biotester")
     (store.folder(done.id) / "run" / "run.h5").unlink()
-    problem(http.get(f"/v1/jobs/{done.id}/log"), 409, "not-ready")
+    for query in ("", "?dialect=biotester"):
+        problem(http.get(f"/v1/jobs/{done.id}/log{query}"), 409, "not-ready")
+    problem(http.get(f"/v1/jobs/{done.id}/log?dialect=bluehill-universal"), 422, "invalid-request")
+
+
+def test_files_that_come_and_go_break_no_list(http: httpx.Client, store: Store, done: Job) -> None:
+    folder = store.folder(done.id) / "run"
+    (folder / "part").mkdir()
+    files = [folder / "part" / f"{number}.csv" for number in range(200)]
+    over = threading.Event()
+
+    def restless() -> None:
+        while not over.is_set():
+            for file in files:
+                file.write_bytes(b"x")
+            for file in files:
+                file.unlink()
+
+    thread = threading.Thread(target=restless)
+    thread.start()
+    try:
+        for _ in range(10):
+            listed = http.get(f"/v1/jobs/{done.id}/files")
+            assert listed.status_code == 200
+            assert {"run/made.csv", "run/run.h5"} <= {one["name"] for one in listed.json()["files"]}
+            assert http.get(f"/v1/jobs/{done.id}/files/run/part/7.csv").status_code in {200, 404}
+    finally:
+        over.set()
+        thread.join()
+
+
+def test_frames_are_there_while_the_record_is_written(
+    http: httpx.Client, store: Store, done: Job, record: Path
+) -> None:
+    path = store.folder(done.id) / "run" / "run.h5"
+    whole = record.read_bytes()
+    over = threading.Event()
+
+    def writes() -> None:
+        while not over.is_set():
+            # Torn for as long as it takes to write a row, whole in between.
+            path.write_bytes(whole[: len(whole) // 2])
+            over.wait(0.02)
+            path.write_bytes(whole)
+            over.wait(0.1)
+
+    thread = threading.Thread(target=writes)
+    thread.start()
+    try:
+        for _ in range(15):
+            index = http.get(f"/v1/jobs/{done.id}/frames")
+            assert index.status_code == 200, index.text
+            assert http.get(f"/v1/jobs/{done.id}/frames/0").status_code == 200
+    finally:
+        over.set()
+        thread.join()
+    assert len(index.json()["frames"]) > 0
+    path.write_bytes(whole[: len(whole) // 2])
+    problem(http.get(f"/v1/jobs/{done.id}/frames"), 409, "not-ready")
 
 
 def test_a_client_takes_no_path_on_trust() -> None:

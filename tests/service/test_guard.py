@@ -26,7 +26,7 @@ def guarded(store: Store) -> Iterator[str]:
         yield at
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.7", "lab.example"])  # noqa: S104 (it is refused)
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.7", "lab.example", "testserver"])  # noqa: S104 (it is refused)
 def test_other_machines_need_a_token(host: str) -> None:
     with pytest.raises(SpecificationError, match="token"):
         require_token_for(host, None)
@@ -79,7 +79,7 @@ def test_tokens_are_compared_in_constant_time(monkeypatch: pytest.MonkeyPatch) -
     assert lengths == [(32, 32)] * 3
 
 
-@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "[::1", ""])
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "[::1", "", "testserver", "localhost.evil"])
 def test_a_name_that_was_pointed_here_is_refused(address: str, host: str) -> None:
     answer = httpx.get(address + "/v1/jobs", headers={"Host": host})
     assert answer.status_code in {400, 403}

@@ -1,15 +1,20 @@
 from __future__ import annotations
 
+import threading
+import time
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import httpx
 import pytest
 import sqlalchemy as sa
+from anyio import CapacityLimiter
 
 from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP, EXAMPLE_YAML
+from app.service.api.routes import laboratory
 from app.service.settings import settings
 from app.service.store import Store
 from tests.service.serving import served
@@ -105,6 +110,28 @@ def test_a_specimen_is_drawn(http: httpx.Client, protocol: str) -> None:
     assert answer.content.startswith(b"\x89PNG\r\n")
 
 
+def test_pictures_that_wait_hold_up_nothing_else(store: Store, protocol: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(laboratory, "_PATIENCE", 4.0)
+    # Somebody's picture is being drawn, and takes its time.
+    context = Context(store=store, drawing=CapacityLimiter(0))
+    headers = {**YAML, "Accept": "image/png"}
+    with served(create_app(context)) as at, ThreadPoolExecutor(45) as pool:
+        began = time.monotonic()
+        path = f"{at}/v1/specimens:preview"
+        waiting = [pool.submit(httpx.post, path, content=protocol, headers=headers, timeout=60.0) for _ in range(45)]
+        while sum(one.done() for one in waiting) < 45 - laboratory._QUEUE and time.monotonic() - began < 30.0:
+            time.sleep(0.05)
+        for path in ("/healthz", "/v1/rigs", "/v1/jobs"):
+            before = time.monotonic()
+            assert httpx.get(at + path, timeout=30.0).status_code == 200
+            assert time.monotonic() - before < 2.0
+        assert sum(not one.done() for one in waiting) == laboratory._QUEUE
+        for one in waiting:
+            busy = one.result()
+            problem(busy, 503, "busy")
+            assert int(busy.headers["retry-after"]) > 0
+
+
 def test_a_job_is_accepted_once(http: httpx.Client, store: Store, protocol: str) -> None:
     key = {"Idempotency-Key": uuid.uuid4().hex}
     first = http.post("/v1/jobs", content=protocol, headers=YAML | key)
@@ -117,6 +144,22 @@ def test_a_job_is_accepted_once(http: httpx.Client, store: Store, protocol: str)
     problem(other, 422, "key-used")
     assert sum(store.counts().values()) == count
     assert store.spec(first.json()["id"]).protocol == protocol
+
+
+def test_a_key_that_comes_at_once_from_many_is_one_job(address: str, store: Store, protocol: str) -> None:
+    key = YAML | {"Idempotency-Key": uuid.uuid4().hex}
+    count = sum(store.counts().values())
+    together = threading.Barrier(8)
+
+    def submit(_: int) -> httpx.Response:
+        together.wait()
+        return httpx.post(f"{address}/v1/jobs", content=protocol, headers=key, timeout=60.0)
+
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(submit, range(8)))
+    assert {answer.status_code for answer in answers} == {202}
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert sum(store.counts().values()) == count + 1
 
 
 def test_a_job_takes_name_timeout_and_materials(http: httpx.Client, store: Store, protocol: str) -> None:
@@ -160,6 +203,26 @@ def test_jobs_are_paged_newest_first(http: httpx.Client, store: Store, job: Job)
         problem(http.get(f"/v1/jobs?{wrong}"), 422, "invalid-request")
 
 
+@pytest.mark.parametrize(
+    "path",
+    ["/v1/jobs", "/v1/jobs/{job}", "/v1/jobs/{job}/files", "/v1/rigs", "/healthz", "/openapi.json", "/docs", "/"],
+)
+def test_head_answers_what_get_does_without_the_body(http: httpx.Client, job: Job, path: str) -> None:
+    whole, head = (http.request(method, path.format(job=job.id)) for method in ("GET", "HEAD"))
+    assert (head.status_code, head.content) == (200, b"")
+    assert head.headers["content-type"] == whole.headers["content-type"]
+    assert int(head.headers["content-length"]) == len(whole.content) > 0
+    assert head.headers.get("etag") == whole.headers.get("etag")
+
+
+def test_head_of_what_is_not_there_or_without_end(http: httpx.Client, job: Job) -> None:
+    for path in ("/v1/jobs/nobody", "/v1/jobs/nobody/files/x", f"/v1/jobs/{job.id}/files/x", "/nothing"):
+        assert http.head(path).status_code == 404
+    events = http.head(f"/v1/jobs/{job.id}/events")
+    assert (events.status_code, events.headers["content-type"].split(";")[0]) == (200, "text/event-stream")
+    assert http.head(f"/v1/jobs/{job.id}/cancel").status_code == 405
+
+
 def test_wishes_are_idempotent(http: httpx.Client, job: Job) -> None:
     for wish, state in (("pause", "paused"), ("resume", "queued"), ("cancel", "cancelled")):
         for _ in range(2):
@@ -181,46 +244,13 @@ def test_what_the_framework_refuses_is_a_problem_too(http: httpx.Client) -> None
         assert answer.status_code == status
         assert answer.headers["content-type"] == "application/problem+json"
         assert answer.json()["type"] == "about:blank"
-
-
-def test_a_sweep_is_accepted_whole(http: httpx.Client, store: Store, protocol: str) -> None:
-    body = {"protocol": protocol, "values": {"peak": ["5 %", "10 %", 0.15]}}
-    key = {"Idempotency-Key": uuid.uuid4().hex}
-    answer = http.post("/v1/sweeps", json=body, headers=key)
-    assert answer.status_code == 202, answer.text
-    jobs = answer.json()["jobs"]
-    assert [job["name"] for job in jobs] == ["biaxial_small-1", "biaxial_small-2", "biaxial_small-3"]
-    assert {job["sweep"] for job in jobs} == {answer.json()["sweep"]}
-    plans = [
-        http.post("/v1/protocols:validate", content=store.spec(job["id"]).protocol, headers=YAML).json() for job in jobs
-    ]
-    lengths = plans[0]["specimen"]["gauge_lengths_m"]
-    peaks = [plan["strokes"][1]["end_m"]["C"] / lengths["C"] for plan in plans]
-    assert peaks == pytest.approx([0.05, 0.10, 0.15])
-    assert http.post("/v1/sweeps", json=body, headers=key).json()["sweep"] == answer.json()["sweep"]
-    own = protocol.replace("steps:", "sweep: {peak: [5 %, 10 %]}\nsteps:")
-    assert http.post("/v1/sweeps", json={"protocol": own}).json()["count"] == 2
-    listed = {"protocols": [{"protocol": protocol}, EXAMPLE_JSON]}
-    assert http.post("/v1/sweeps", json=listed).json()["count"] == 2
-
-
-@pytest.mark.parametrize(
-    ("body", "kind"),
-    [
-        ({"protocols": []}, "invalid-request"),
-        ({"protocols": [EXAMPLE_JSON, {**EXAMPLE_JSON, "rig": "x"}]}, "invalid-protocol"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %", -1]}}, "invalid-protocol"),
-        ({**EXAMPLE_SWEEP, "values": {"speed": [1]}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": []}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": [[1]]}}, "invalid-request"),
-        ({**EXAMPLE_SWEEP, "values": {"peak": ["5 %"] * 10_001}}, "beyond-bound"),
-        ([], "invalid-request"),
-    ],
-)
-def test_a_sweep_is_refused_whole(http: httpx.Client, store: Store, body: object, kind: str) -> None:
-    before = sum(store.counts().values())
-    problem(http.post("/v1/sweeps", json=body), 422, kind)
-    assert sum(store.counts().values()) == before
+    for method, path, allowed in (
+        ("DELETE", "/v1/jobs", "GET, HEAD, POST"),
+        ("GET", "/v1/jobs/nobody/cancel", "POST"),
+        ("PUT", "/healthz", "GET, HEAD"),
+    ):
+        answer = http.request(method, path)
+        assert (answer.status_code, answer.headers["allow"]) == (405, allowed)
 
 
 def test_the_documentation_has_examples_that_run(http: httpx.Client) -> None:

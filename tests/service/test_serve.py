@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,6 +14,8 @@ import pytest
 from app.cli import main
 from app.knitlab_client import Client, UnreachableError
 from app.schemas import loads
+from app.service.settings import settings
+from app.service.store import Store
 from app.service_errors import ServiceError
 from app.usecases import run_loaded
 from tests.service.knitlab_serve import ROOT, environment, knitlab, serving
@@ -34,6 +37,9 @@ steps:
   - zero: {channels: [force, displacement]}
   - cycle: {axes: [C, W], lower: 0, upper: 5 %, rate: 0.2 mm/s, n: 1}
 """
+
+
+PEAK = '"${peak}"'
 
 
 class Said(NamedTuple):
@@ -84,6 +90,9 @@ def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> 
         events = list(client.follow(job["id"]))
         rows = [row for event in events if event.kind == "rows" for row in event.data["rows"]]
         assert [row["row"] for row in rows] == list(range(job["progress"]["rows"]))
+        told = [event.data for event in events if event.kind == "progress"]
+        assert all(one["seconds_left"] is None or one["seconds_left"] >= 0.0 for one in told)
+        assert told[-1]["share"] == 1.0
         assert client.log(job["id"], "biotester", tmp_path / "log.csv").read_bytes() == log
         assert {one.name for one in client.files(job["id"])} >= {"run/run.h5", "run/quick.csv", "job.log"}
 
@@ -105,34 +114,97 @@ def test_jobs_are_steered_from_the_command_line(say: Callable[..., Said], tmp_pa
     assert "cancelled" in watched.out
 
 
+SWEPT = QUICK.replace("upper: 5 %", f"upper: {PEAK}") + "params: {peak: 5 %}\nsweep: {peak: [1 %, 2 %, 3 %]}\n"
+
+
+def test_a_sweep_is_submitted_with_its_limits(say: Callable[..., Said], service: str, tmp_path: Path) -> None:
+    protocol = tmp_path / "swept.yaml"
+    protocol.write_text(SWEPT, encoding="utf-8")
+    refused = say("submit", protocol, "--watch")
+    assert (refused.code, refused.err) == (2, "--watch: found 'a sweep of 3 points', allowed one test\n")
+    limits = ("--timeout", "2h", "--memory", "1GiB", "--no-pictures")
+    sweep = say("submit", protocol, *limits).out.strip()
+    listed = json.loads(say("jobs", "--sweep", sweep, "--json").out)
+    assert [job["name"] for job in listed] == ["quick-3", "quick-2", "quick-1"]
+    assert len(json.loads(say("submit", protocol, "--json").out)) == 3
+    for words, complaint in (
+        (("--timeout", "2 kg"), "--timeout: found '2 kg', allowed a time with its unit"),
+        (("--memory", "8"), "--memory: found '8', allowed a size of memory with its unit"),
+        (("--memory", "1 MiB"), "memory: "),
+    ):
+        said = say("submit", protocol, *words)
+        assert (said.code, len(said.err.splitlines())) == (2, 1)
+        assert said.err.startswith(complaint), said.err
+    # What the command line asks for arrives: a job that may run for no time at all fails of it.
+    with Client(service) as client:
+        for job in client.jobs(limit=1000).jobs:
+            client.cancel(job.id)
+        short = say("submit", protocol, "--timeout", "1 ms", "--no-pictures").out.strip()
+        assert list(client.follow(client.jobs(sweep=short).jobs[-1].id))[-1].data["end"] == "timeout"
+
+
+def test_a_client_sweeps_over_values_and_lists(tmp_path: Path) -> None:
+    with serving(tmp_path, "--slots", 0) as (address, _), Client(address) as client:
+        over = client.sweep(SWEPT, values={"peak": ["1 %", 0.02]}, timeout=60.0, memory=2**30, pictures=False)
+        assert [job.name for job in over] == ["quick-1", "quick-2"]
+        assert [job.name for job in client.sweep(SWEPT, name="other")] == ["quick-1", "quick-2", "quick-3"]
+        assert len(client.sweep([QUICK, QUICK], timeout=60.0)) == 2
+        client.submit(QUICK, timeout=60.0, memory=2**30)
+    with Store(settings(tmp_path, {})) as store:
+        specs = [store.spec(job.id) for job in store.list(limit=100).jobs]
+        assert [(spec.timeout, spec.memory, spec.pictures) for spec in specs] == [
+            (60.0, 2**30, True),
+            *[(60.0, 8 * 2**30, True)] * 2,
+            *[(None, 8 * 2**30, True)] * 3,
+            *[(60.0, 2**30, False)] * 2,
+        ]
+
+
+def test_open_streams_do_not_hold_up_the_end(tmp_path: Path) -> None:
+    with serving(tmp_path, "--slots", 0) as (address, process), Client(address) as client:
+        job = client.submit(QUICK)
+        events = client.events(job.id)
+        assert next(events).kind == "state"
+        began = time.monotonic()
+        process.terminate()
+        assert list(events) == []
+        assert process.wait(timeout=30) == 0
+        assert time.monotonic() - began < 4.0
+
+
 def test_every_example_of_the_documentation_runs(service: str, tmp_path: Path) -> None:
-    text = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
-    script = "\n".join(re.findall(r"^```sh\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE))
-    assert script.count("curl") > 15
-    quick = tmp_path / "examples" / "biaxial_small.yaml"
-    quick.parent.mkdir()
-    quick.write_text(
-        QUICK.replace("quick", "biaxial_small").replace("upper: 5 %", 'upper: "${peak}"') + "params: {peak: 5 %}\n",
-        encoding="utf-8",
+    text = (ROOT / "docs" / "service.md").read_text(encoding="utf-8").replace("http://127.0.0.1:8731", service)
+    shell, python = (
+        "\n".join(re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE))
+        for language in ("sh", "python")
     )
-    script = script.replace("http://127.0.0.1:8731", service)
-    ran = subprocess.run(  # noqa: S603 (our own documentation)
-        ["/bin/bash", "-euo", "pipefail", "-c", script],
-        cwd=tmp_path,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=240,
-    )
-    assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-2000:]
+    assert shell.count("curl") > 15
+    assert shell.count("knitlab ") > 5
+    (tmp_path / "examples").mkdir()
+    quick = QUICK.replace("quick", "biaxial_small").replace("upper: 5 %", f"upper: {PEAK}") + "params: {peak: 5 %}\n"
+    (tmp_path / "examples" / "biaxial_small.yaml").write_text(quick, encoding="utf-8")
+    (tmp_path / "examples" / "swept.yaml").write_text(SWEPT, encoding="utf-8")
+    command = f'knitlab() {{ "{sys.executable}" -P -c "from app.cli import main; main()" "$@"; }}\n'
+    for program in (["/bin/bash", "-euo", "pipefail", "-c", command + shell], [sys.executable, "-c", python]):
+        ran = subprocess.run(  # noqa: S603 (our own documentation)
+            program,
+            cwd=tmp_path,
+            env=environment(KNITLAB_SERVER=service),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=240,
+        )
+        assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-2000:]
     assert (tmp_path / "head.bin").read_bytes() == b"\x89HDF\r\n\x1a\n"
     assert len(json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))["jobs"]) == 2
+    logs = [tmp_path / "here" / "biaxial_small.csv", tmp_path / "log.csv"]
+    assert logs[0].read_bytes() == logs[1].read_bytes()
     # Each route has its example.
     routes = httpx.get(f"{service}/openapi.json").json()["paths"]
     for route in routes:
         part = route.replace("/v1/jobs/{job}", "").replace("/{name}", "").replace("/{number}", "") or "/v1/jobs"
-        assert part in script, route
+        assert part in shell, route
 
 
 def test_no_service(tmp_path: Path) -> None:

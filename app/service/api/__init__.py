@@ -4,6 +4,7 @@ build       the app, put together
 context     what every route needs: the store, the token, the bounds
 guard       who is let in
 bodies, bounds  read protocols, and refuse what is too large before it is
+heads, tags, transfer, pages  HEAD, what a client has already, files and their ranges, the pages of a browser
 problems    errors as RFC 9457 has them
 models, documents  what the OpenAPI document says
 routes      one module a part of the table

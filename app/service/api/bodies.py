@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from app.schemas import Loaded
 
+PATH: Final = "protocol"
+"""What stands for the file that a protocol came from."""
+
 PATIENCE: Final = 30.0
 """Time a body may take to arrive [s]."""
 
@@ -57,6 +60,11 @@ class Submission:
     materials: str = ""
     lined: bool = True
 
+    @property
+    def size(self) -> int:
+        """Return how long its texts are [characters]."""
+        return len(self.text) + len(self.materials)
+
     def load(self) -> Loaded:
         """Return the protocol.
 
@@ -66,7 +74,7 @@ class Submission:
             For whatever is wrong with it.
         """
         try:
-            return loads(self.text, "protocol", name=self.name, materials=self.materials)
+            return loads(self.text, PATH, name=self.name, materials=self.materials)
         except SpecificationError as error:
             raise refused(error, lined=self.lined) from error
 

@@ -12,7 +12,6 @@ from rigs.protocol import stroke_count
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.check import Plan
     from rigs.protocol import Protocol
     from rigs.specimen import SpecimenSpec
 
@@ -31,8 +30,8 @@ class Bounds:
         Moves of the axes in a protocol, repeats counted out.
     rows : int
         Rows of a log.
-    sweep : int
-        Jobs of a sweep.
+    sweep, sweep_text : int
+        Jobs of a sweep, characters of all their protocols and materials.
     sweep_nodes, sweep_strokes : int
         Nodes of all its specimens that differ in shape, strokes of all its protocols.
     streams : int
@@ -45,6 +44,7 @@ class Bounds:
     strokes: int = 10_000
     rows: int = 2_000_000
     sweep: int = 10_000
+    sweep_text: int = 64_000_000
     sweep_nodes: int = 2_000_000
     sweep_strokes: int = 500_000
     streams: int = 64
@@ -58,16 +58,26 @@ def node_count(spec: SpecimenSpec) -> int:
     return loops * spec.nodes_per_loop * strands
 
 
-def check_sweep(protocols: Sequence[Protocol], bounds: Bounds) -> None:
-    """Refuse a sweep that is too much to be looked at, job by job.
+def check_texts(size: int, bounds: Bounds, pointer: str) -> None:
+    """Refuse a sweep whose jobs have so much text [characters] that it fills the store.
 
     Raises
     ------
     ProblemError
         With the bound.
     """
-    for protocol in protocols:
-        check_protocol(protocol, bounds)
+    if size > bounds.sweep_text:
+        raise beyond("characters of the sweep's protocols and materials", size, bounds.sweep_text, pointer=pointer)
+
+
+def check_sweep(protocols: Sequence[Protocol], bounds: Bounds) -> None:
+    """Refuse protocols that each may be looked at, but not all of them.
+
+    Raises
+    ------
+    ProblemError
+        With the bound.
+    """
     nodes = sum(map(node_count, {shape_of(protocol.specimen) for protocol in protocols}))
     strokes = sum(stroke_count(protocol.steps) for protocol in protocols)
     if nodes > bounds.sweep_nodes:
@@ -91,7 +101,7 @@ def check_protocol(protocol: Protocol, bounds: Bounds) -> None:
         raise beyond("strokes", strokes, bounds.strokes, pointer="/steps")
 
 
-def check_plan(plan: Plan, bounds: Bounds) -> None:
+def check_rows(rows: int, bounds: Bounds) -> None:
     """Refuse a protocol whose log would be too long.
 
     Raises
@@ -99,5 +109,5 @@ def check_plan(plan: Plan, bounds: Bounds) -> None:
     ProblemError
         With the bound.
     """
-    if plan.rows > bounds.rows:
-        raise beyond("rows", plan.rows, bounds.rows, pointer="/log/rate")
+    if rows > bounds.rows:
+        raise beyond("rows", rows, bounds.rows, pointer="/log/rate")

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fastapi import Depends, FastAPI
-from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.openapi.utils import get_openapi
 from fastapi.responses import HTMLResponse
-from fastapi.staticfiles import StaticFiles
 
 from app.service.api.documents import protocol_schemas
 from app.service.api.guard import admit
+from app.service.api.heads import AnswerHead
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
+from app.service.api.pages import Console, documentation
 from app.service.api.problems import add_problem_handlers
 from app.service.api.routes import events, files, frames, health, jobs, laboratory, sweeps
 from app.version import version_of
@@ -45,26 +45,16 @@ def create_app(context: Context) -> FastAPI:
     app.state.context = context
     app.state.metrics = Metrics()
     app.add_middleware(CountRequests, metrics=app.state.metrics)
+    app.add_middleware(AnswerHead)
     add_problem_handlers(app)
     app.include_router(health.router)
     for part in (laboratory, jobs, sweeps, events, files, frames):
         app.include_router(part.router, dependencies=[Depends(admit)])
     app.openapi = lambda: _openapi(app, guarded=context.token is not None)  # type: ignore[method-assign]  # FastAPI's own way to extend it
-    app.get("/docs", include_in_schema=False, response_class=HTMLResponse)(_documentation)
+    app.get("/docs", include_in_schema=False, response_class=HTMLResponse)(documentation)
     if CONSOLE.is_dir():
-        app.mount("/", StaticFiles(directory=CONSOLE, html=True), name="console")
+        app.mount("/", Console(directory=CONSOLE, html=True), name="console")
     return app
-
-
-def _documentation() -> HTMLResponse:
-    """Show the OpenAPI document as a page; its parts are shipped, so that it needs no internet."""
-    return get_swagger_ui_html(
-        openapi_url="/openapi.json",
-        title="knitlab: REST",
-        swagger_js_url="/vendor/swagger-ui-bundle.js",
-        swagger_css_url="/vendor/swagger-ui.css",
-        swagger_favicon_url="/icon.svg",
-    )
 
 
 def _openapi(app: FastAPI, *, guarded: bool) -> dict[str, Any]:

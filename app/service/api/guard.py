@@ -14,7 +14,6 @@ from app.service.api.problems import ProblemError
 from knitlab_core.errors import SpecificationError
 
 _BEARER = HTTPBearer(auto_error=False, description="the token that the service was started with")
-_LOCAL_NAMES = frozenset({"localhost", "testserver"})
 
 
 def is_loopback(host: str) -> bool:
@@ -28,7 +27,7 @@ def is_loopback(host: str) -> bool:
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        return host in _LOCAL_NAMES
+        return host == "localhost"
 
 
 def same_token(given: str, wanted: str) -> bool:
@@ -74,7 +73,8 @@ async def admit(
     if not is_loopback(_name_of(host)):
         raise ProblemError("forbidden", "host: found another name, allowed localhost, or a service with a token")
     origin = request.headers.get("origin")
-    if origin is not None and urlsplit_or_none(origin) != host:
+    # A page of this service has its host and port behind the scheme.
+    if origin is not None and origin.partition("://")[2] != host:
         raise ProblemError("forbidden", "origin: found a page of another site, allowed pages of this service")
 
 
@@ -87,11 +87,3 @@ def _name_of(host: str) -> str:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return ""
-
-
-def urlsplit_or_none(origin: str) -> str | None:
-    """Return the host and port of an origin; None if it is none."""
-    try:
-        return urlsplit(origin).netloc
-    except ValueError:
-        return None

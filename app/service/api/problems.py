@@ -190,22 +190,30 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
     return await _on_problem(request, ProblemError("invalid-request", detail, errors=places))
 
 
-def _is_route(request: Request) -> bool:
-    """Tell whether a route has this path, whatever its method."""
-    routes = (route for route in request.app.routes if not isinstance(route, Mount))
-    return any(route.matches(request.scope)[0] is not Match.NONE for route in routes)
+def _methods(request: Request) -> list[str]:
+    """Return the methods that the routes of a request's path know; none if it is no route's."""
+    routes = [route for route in request.app.routes if not isinstance(route, Mount)]
+    known = [
+        method
+        for method in ("GET", "POST")
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
+    ]
+    return ["GET", "HEAD", *known[1:]] if "GET" in known else known
 
 
 async def _on_http(request: Request, error: Exception) -> Response:
     """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
-    status, detail = error.status_code, str(error.detail)
-    # What is no route falls to the files of the console, which know no method but GET.
-    if status == HTTPStatus.NOT_FOUND or not _is_route(request):
+    status, detail, headers = error.status_code, str(error.detail), dict(error.headers or {})
+    # What no route answers falls to the files of the console, which know neither our paths nor our methods.
+    if methods := _methods(request):
+        status, headers["Allow"] = HTTPStatus.METHOD_NOT_ALLOWED, ", ".join(methods)
+        detail = f"method: found {request.method}, allowed {headers['Allow']}"
+    else:
         status, detail = HTTPStatus.NOT_FOUND, "path: found no such route, allowed those that /docs lists"
     title = HTTPStatus(status).phrase
-    return problem_response(status, title, detail, request.url.path, headers=error.headers)
+    return problem_response(status, title, detail, request.url.path, headers=headers)
 
 
 async def _on_anything(request: Request, error: Exception) -> Response:

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from starlette.types import Message, Receive, Scope, Send
 
-    from app.service.jobs import Job, JobStore
+    from app.service.api.context import Context
+    from app.service.jobs import Job
 
 PERIOD: Final = 0.5
 """How often a job is looked at [s]."""
@@ -74,24 +75,24 @@ class Seen:
         return self.state in FINAL
 
 
-async def job_events(store: JobStore, job: str, seen: Seen) -> AsyncIterator[bytes]:
-    """Yield the events of a job to its end, from what a client has seen on.
+async def job_events(here: Context, job: str, seen: Seen) -> AsyncIterator[bytes]:
+    """Yield the events of a job to its end or the service's, from what a client has seen on.
 
     Parameters
     ----------
-    store : JobStore
-        The jobs.
+    here : Context
+        The jobs, and whether the service is about to stop.
     job : str
         The job's id.
     seen : Seen
         What need not be sent again.
     """
-    folder = await run_sync(store.folder, job)
+    folder = await run_sync(here.store.folder, job)
     rows = NewRows(folder / "rows.jsonl", seen.rows)
     last = monotonic()
     while True:
         # The state first: when a job has ended, all its rows are written.
-        now = await run_sync(store.get, job)
+        now = await run_sync(here.store.get, job)
         while found := await run_sync(rows.read):
             seen = replace(seen, rows=rows.number)
             yield _event("rows", {"first": rows.number - len(found), "rows": found}, seen)
@@ -101,7 +102,7 @@ async def job_events(store: JobStore, job: str, seen: Seen) -> AsyncIterator[byt
             data = asdict(now.progress) if kind == "progress" else JobView.model_validate(now).model_dump(mode="json")
             yield _event(kind, data, seen)
             last = monotonic()
-        if seen.over:
+        if seen.over or here.closing.is_set():
             return
         if monotonic() - last > QUIET:
             yield KEEPALIVE_COMMENT

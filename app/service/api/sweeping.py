@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any
 
-from app.check import dry_run
-from app.schemas import loads_data
+from app.check import count_rows
+from app.schemas import ProtocolError, loads_document
 from app.schemas.document import parse_text
-from app.service.api.bodies import parse_json, submitted, written
-from app.service.api.bounds import check_plan, check_sweep
+from app.schemas.errors import shown
+from app.service.api.bodies import PATH, parse_json, submitted, written
+from app.service.api.bounds import check_protocol, check_rows, check_sweep, check_texts
 from app.service.api.problems import ProblemError, beyond, refused
 from app.service.jobs import JobSpec
 from knitlab_core.errors import SpecificationError
@@ -19,10 +22,41 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from app.schemas import Loaded
-    from app.service.api.bodies import Submission
+    from app.schemas.document import Document
     from app.service.api.bounds import Bounds
 
 _LONGEST_NAME = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Place:
+    """Say where a protocol of a sweep stands, so that whoever wrote it finds what is wrong.
+
+    Attributes
+    ----------
+    within : str
+        JSON pointer of what holds it and its materials.
+    protocol : str
+        JSON pointer of the protocol itself.
+    which : str
+        Which of many it is, for people.
+    lined : bool
+        Whether lines and columns of its text are the user's own.
+    """
+
+    within: str
+    protocol: str
+    which: str
+    lined: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Wanted:
+    """Hold a protocol that shall be a job, its materials, and its place in the body."""
+
+    loaded: Loaded
+    materials: str
+    place: _Place
 
 
 def swept(data: Any, bounds: Bounds) -> list[JobSpec]:  # noqa: ANN401 (whatever JSON holds)
@@ -51,74 +85,84 @@ def swept(data: Any, bounds: Bounds) -> list[JobSpec]:  # noqa: ANN401 (whatever
             "a body without jobs",
             "{protocols: [...]} or {protocol: ..., values: {name: [...]}}; a protocol with sweep: needs no values",
         )
-    check_sweep([loaded.protocol for loaded, _ in found], bounds)
-    for loaded, _ in found:
-        check_plan(dry_run(loaded), bounds)
-    return [
-        JobSpec(name=loaded.protocol.name, protocol=loaded.text, materials=materials) for loaded, materials in found
-    ]
+    for one in found:
+        with _placed(one.place):
+            check_protocol(one.loaded.protocol, bounds)
+    check_sweep([one.loaded.protocol for one in found], bounds)
+    for one in found:
+        with _placed(one.place):
+            check_rows(count_rows(one.loaded), bounds)
+    return [JobSpec(name=one.loaded.protocol.name, protocol=one.loaded.text, materials=one.materials) for one in found]
 
 
-def _listed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[tuple[Loaded, str]]:
+def _listed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
     """Yield the protocols of a list."""
     protocols = data["protocols"]
     if len(data) > 1 or not isinstance(protocols, list) or not protocols:
         raise _wrong("/protocols", "something else", "a list of one protocol or more, and nothing beside it")
     _check_count(len(protocols), bounds, "/protocols")
+    size = 0
     for number, one in enumerate(protocols):
-        sent = submitted(one, "test")
-        try:
-            yield sent.load(), sent.materials
-        except ProblemError as error:
-            raise _within(error, f"/protocols/{number}") from error
+        within = f"/protocols/{number}"
+        with _placed(_Place(within=within, protocol=within, which=within)):
+            sent = submitted(one, "test")
+        size += sent.size
+        check_texts(size, bounds, "/protocols")
+        enveloped = isinstance(one, dict) and "protocol" in one
+        place = _Place(
+            within=within, protocol=f"{within}/protocol" if enveloped else within, which=within, lined=sent.lined
+        )
+        with _placed(place):
+            loaded = loads_document(parse_text(sent.text, PATH), name=sent.name, materials=sent.materials)
+        yield _Wanted(loaded=loaded, materials=sent.materials, place=place)
 
 
-def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[tuple[Loaded, str]]:
+def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
     """Yield a protocol with every combination of some values of its parameters."""
     sent = submitted({key: value for key, value in data.items() if key != "values"}, "test")
-    base = _data_of(sent)
+    whole = _Place(within="", protocol="/protocol", which="", lined=sent.lined)
+    with _placed(whole):
+        document = parse_text(sent.text, PATH)
+    base = _data_of(document)
     own = base.pop("sweep", None)
-    values = _checked_values(data.get("values", own))
+    pointer = "/values" if "values" in data else "/protocol/sweep"
+    values = _checked_values(data.get("values", own), pointer)
     count = prod(len(one) for one in values.values())
-    _check_count(count, bounds, "/values")
+    _check_count(count, bounds, pointer)
+    check_texts(count * sent.size, bounds, pointer)
     params = base.get("params", {})
     for name in values:
         if not isinstance(params, dict) or name not in params:
-            raise _wrong(f"/values/{name}", "no such parameter", "a name under `params` of the protocol")
+            raise _wrong(f"{pointer}/{name}", "no such parameter", "a name under `params` of the protocol")
     name = str(base.get("name", sent.name))
     for number, chosen in enumerate(product(*values.values()), start=1):
         tail = f"-{number:0{len(str(count))}}"
-        one = {
-            **base,
-            "name": f"{name[: _LONGEST_NAME - len(tail)]}{tail}",
-            "params": {**params, **dict(zip(values, chosen, strict=True))},
-        }
-        try:
-            yield loads_data(one, written(one), name=name, materials=sent.materials), sent.materials
-        except SpecificationError as error:
-            raise refused(error, lined=False) from error
+        point = dict(zip(values, chosen, strict=True))
+        one = {**base, "name": f"{name[: _LONGEST_NAME - len(tail)]}{tail}", "params": {**params, **point}}
+        place = replace(whole, which=", ".join(f"{key} = {shown(value)}" for key, value in point.items()))
+        with _placed(place):
+            # Where things stand in the text that was sent, what they are in this job.
+            made = replace(document, text=written(one), data=one)
+            loaded = loads_document(made, name=name, materials=sent.materials)
+        yield _Wanted(loaded=loaded, materials=sent.materials, place=place)
 
 
-def _data_of(sent: Submission) -> dict[str, Any]:
+def _data_of(document: Document) -> dict[str, Any]:
     """Return the data of a protocol, once its text has been read."""
-    try:
-        data: Any = parse_text(sent.text, "protocol").data
-    except SpecificationError as error:
-        raise refused(error, lined=sent.lined) from error
-    if not isinstance(data, dict):
+    if not isinstance(document.data, dict):
         raise _wrong("/protocol", "something else", "a protocol")
     # What YAML may hold and JSON not, such as a number too large, is refused here.
-    return dict(parse_json(written(data)))
+    return dict(parse_json(written(document.data)))
 
 
-def _checked_values(values: Any) -> dict[str, list[Any]]:  # noqa: ANN401 (whatever JSON holds)
+def _checked_values(values: Any, pointer: str) -> dict[str, list[Any]]:  # noqa: ANN401 (whatever JSON holds)
     """Return the values of a sweep, each a list of plain ones."""
     if not isinstance(values, dict) or not values:
-        raise _wrong("/values", "something else", "a mapping of names to lists")
+        raise _wrong(pointer, "something else", "a mapping of names to lists")
     for name, listed in values.items():
         plain = isinstance(listed, list) and all(isinstance(one, str | int | float) for one in listed)
         if not plain or not listed:
-            raise _wrong(f"/values/{name}", "something else", "a list of one number or text or more")
+            raise _wrong(f"{pointer}/{name}", "something else", "a list of one number or text or more")
     return values
 
 
@@ -134,7 +178,20 @@ def _wrong(pointer: str, found: str, allowed: str) -> ProblemError:
     return ProblemError("invalid-request", detail, errors=[{"detail": detail, "pointer": pointer}])
 
 
-def _within(error: ProblemError, pointer: str) -> ProblemError:
+@contextmanager
+def _placed(place: _Place) -> Iterator[None]:
+    """Let refusals of one protocol say which it is, and their pointers start at the body."""
+    try:
+        yield
+    except SpecificationError as error:
+        beside = isinstance(error, ProtocolError) and error.path != PATH
+        pointer = f"{place.within}/materials" if beside else place.protocol
+        raise _within(refused(error, lined=place.lined or beside), pointer, place.which) from error
+    except ProblemError as error:
+        raise _within(error, place.protocol, place.which) from error
+
+
+def _within(error: ProblemError, pointer: str, which: str) -> ProblemError:
     """Return a refusal with its pointers below another."""
     errors = [{**one, "pointer": f"{pointer}{one.get('pointer', '')}"} for one in error.errors]
-    return ProblemError(error.kind, f"{pointer}: {error.detail}", errors=errors)
+    return ProblemError(error.kind, f"{which}: {error.detail}" if which else error.detail, errors=errors)

@@ -12,7 +12,9 @@ from urllib.parse import quote
 
 from fastapi.responses import Response, StreamingResponse
 
+from app.service.api.heads import asks_head
 from app.service.api.problems import ProblemError
+from app.service.api.tags import has_tag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +53,7 @@ def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Respo
         "Content-Disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}",
         "ETag": tag,
     }
-    if request.headers.get("if-none-match") == tag:
+    if has_tag(request.headers.get("if-none-match", ""), tag):
         stream.close()
         return Response(status_code=304, headers=headers)
     start, end, status = 0, found.st_size, 200
@@ -66,6 +68,9 @@ def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Respo
             (start, end), status = span, 206
             headers["Content-Range"] = f"bytes {start}-{end - 1}/{found.st_size}"
     headers["Content-Length"] = str(end - start)
+    if asks_head(request):
+        stream.close()
+        return Response(status_code=status, headers=headers, media_type=media)
     return StreamingResponse(_chunks(stream, start, end), status_code=status, headers=headers, media_type=media)
 
 

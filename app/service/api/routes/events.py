@@ -7,6 +7,7 @@ from fastapi import APIRouter, Header, Request
 from fastapi.responses import Response, StreamingResponse
 
 from app.service.api.context import Here
+from app.service.api.heads import asks_head
 from app.service.api.metrics import metrics_of
 from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
@@ -69,7 +70,9 @@ async def events(
     found = await run_sync(here.store.get, job)
     if seen.over and found.state == seen.state:
         return Response(status_code=204)
+    if asks_head(request):
+        return StreamingResponse(iter(()), media_type=EventStream.media_type)
     if not metrics.take_stream(here.bounds.streams):
         detail = f"event streams: found {here.bounds.streams} open, allowed {here.bounds.streams} or fewer"
         raise ProblemError("busy", detail, headers={"Retry-After": "5"})
-    return EventStream(job_events(here.store, job, seen), metrics.give_stream)
+    return EventStream(job_events(here, job, seen), metrics.give_stream)

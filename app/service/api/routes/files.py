@@ -1,6 +1,8 @@
 """Answer what is asked of a job's files, and of its log in any dialect."""
 
 import mimetypes
+import os
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Literal
@@ -10,17 +12,21 @@ from fastapi import Path as PathParameter
 from fastapi.responses import Response
 
 from app.export import export_log
+from app.run_lock import LOCK
 from app.run_reader import RunReader
+from app.schemas import loads
 from app.service.api.context import Here
 from app.service.api.models import FileList, FileView, JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.transfer import transfer
+from app.service.jobs import JobSpec
 from knitlab_core.errors import FormatError, SpecificationError
+from rigs.catalogue import CATALOGUE
 from rigs.logs.catalogue import LOGS, defaults
 
 router = APIRouter(prefix="/v1/jobs/{job}", tags=["files"])
 
-_HIDDEN = frozenset({"lock", "spec.json", "checkpoint.h5"})
+_HIDDEN = frozenset({"lock", "spec.json", "checkpoint.h5", LOCK})
 _KINDS: dict[str, Literal["record", "log", "picture", "text"]] = {
     ".h5": "record",
     ".vtkhdf": "record",
@@ -36,13 +42,17 @@ _BYTES = {"schema": {"type": "string", "format": "binary"}}
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    """Return the files that a job shows, by their path within it: no link, nothing hidden, nothing of the service."""
+    """Return the files that a job shows, by their path within it: no link, nothing hidden, nothing of the service.
+
+    A job that runs makes and removes files all the while; a folder that has gone is passed over.
+    """
     found = {}
-    for path in sorted(folder.rglob("*")):
-        parts = path.relative_to(folder).parts
-        hidden = any(part.startswith(".") for part in parts) or parts[-1] in _HIDDEN
-        if not hidden and path.is_file() and not path.is_symlink():
-            found["/".join(parts)] = path
+    for place, folders, names in os.walk(folder):
+        folders[:] = sorted(one for one in folders if not one.startswith("."))
+        for path in (Path(place, name) for name in sorted(names)):
+            hidden = path.name.startswith(".") or path.name in _HIDDEN
+            if not hidden and path.is_file() and not path.is_symlink():
+                found[path.relative_to(folder).as_posix()] = path
     return found
 
 
@@ -51,7 +61,8 @@ def files(job: JobId, here: Here) -> FileList:
     """Return path, size and kind of every file, also of a job that is going on."""
     listed = []
     for name, path in _files(here.store.folder(job)).items():
-        listed.append(FileView(name=name, size=path.stat().st_size, kind=_KINDS.get(path.suffix, "text")))
+        with suppress(FileNotFoundError):
+            listed.append(FileView(name=name, size=path.stat().st_size, kind=_KINDS.get(path.suffix, "text")))
     return FileList(files=listed)
 
 
@@ -74,9 +85,13 @@ def file(
     """Return a file, whole or the ranges that `Range` asks for."""
     # Looked up among the files that are there: a path that leads elsewhere is none of them.
     path = _files(here.store.folder(job)).get(name)
-    if path is None:
+    try:
+        stream = None if path is None else path.open("rb")
+    except FileNotFoundError:
+        stream = None
+    if path is None or stream is None:
         raise ProblemError("unknown", "name: found none of the files of this job; GET .../files lists them")
-    return transfer(request, path.open("rb"), path.name, _SHOWN.get(path.suffix, "application/octet-stream"))
+    return transfer(request, stream, path.name, _SHOWN.get(path.suffix, "application/octet-stream"))
 
 
 @router.get(
@@ -99,6 +114,8 @@ def log(
     if dialect is not None and dialect not in LOGS:
         detail = f"dialect: found none of that name, allowed {', '.join(LOGS)}"
         raise ProblemError("invalid-request", detail, errors=[{"parameter": "dialect", "detail": detail}])
+    if dialect is not None:
+        _require_machines(here.store.spec(job), dialect)
     try:
         run = RunReader(here.store.folder(job) / "run" / "run.h5")
     except (FileNotFoundError, FormatError) as error:
@@ -110,18 +127,32 @@ def log(
         return transfer(request, path.open("rb"), path.name, media)
 
 
+def _require_machines(spec: JobSpec, dialect: str) -> None:
+    """Refuse a dialect that the log of a job can never be in.
+
+    Raises
+    ------
+    ProblemError
+        With those that its machines' logs may have.
+    """
+    rig = loads(spec.protocol, name=spec.name, materials=spec.materials).protocol.rig
+    machines = {drive.machine for drive in CATALOGUE[rig].drives.values()}
+    allowed = [name for name, log in LOGS.items() if set(log.machines) <= machines]
+    if dialect not in allowed:
+        detail = f"dialect: found {dialect}, allowed on {rig}: {', '.join(allowed)}"
+        raise ProblemError("invalid-request", detail, errors=[{"parameter": "dialect", "detail": detail}])
+
+
 def _exported(run: RunReader, folder: Path, dialect: str | None, locale: str) -> Path:
     """Write the log of a run.
 
     Raises
     ------
     ProblemError
-        If it was not sampled yet, or not by this dialect's machine.
+        If it was not sampled yet.
     """
     name = dialect or next(iter([*defaults(run.samples), *LOGS]))
     try:
         return export_log(run, folder, name, locale=locale)
     except SpecificationError as error:
-        wanted = " and ".join(LOGS[name].machines)
-        detail = f"log: found samples of {', '.join(run.samples) or 'nothing'}, allowed those of {wanted}"
-        raise ProblemError("not-ready", detail) from error
+        raise ProblemError("not-ready", "log: found no samples, allowed when the test has been run") from error

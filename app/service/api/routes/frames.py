@@ -1,9 +1,10 @@
 """Answer with the shapes of a knit through its test, as the console's view of it wants them."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import logging
+import time
+from collections.abc import Callable
 from pathlib import Path as FilePath
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import h5py
 import numpy as np
@@ -18,6 +19,14 @@ from rigs.record import PHASES
 from rigs.steps import AXES
 
 router = APIRouter(prefix="/v1/jobs/{job}/frames", tags=["files"])
+
+Found = TypeVar("Found")
+
+_TRIES = 12
+_PAUSE = 0.025
+"""Between tries to read a record [s]; a row is written in less."""
+
+_log = logging.getLogger(__name__)
 
 # By the names of the console: where the record keeps them.
 _FIELDS = {
@@ -48,20 +57,27 @@ class FrameIndex(Answer):
     frames: list[FrameView]
 
 
-@contextmanager
-def _record(folder: FilePath) -> Iterator[h5py.File]:
-    """Open the record of a job's test, which may be going on.
+def _read(folder: FilePath, what: Callable[[h5py.File], Found]) -> Found:
+    """Return what the record of a job's test says, which may be going on.
+
+    Nothing locks the record, so that a test never waits for who looks at it: what is read while a row is written may be
+    torn, and is read again.
 
     Raises
     ------
     ProblemError
-        If there is none yet, or it is being written just now.
+        If there is none yet.
     """
-    try:
-        with h5py.File(folder / "run" / "run.h5", "r", locking=False) as file:
-            yield file
-    except (OSError, KeyError, ValueError) as error:
-        raise ProblemError("not-ready", "frames: found no record yet, allowed when the test has begun") from error
+    for attempt in range(_TRIES):
+        try:
+            with h5py.File(folder / "run" / "run.h5", "r", locking=False) as file:
+                return what(file)
+        except FileNotFoundError:
+            break
+        except (OSError, KeyError, ValueError, IndexError, RuntimeError) as error:
+            _log.debug("record of %s, try %d: %s", folder.name, attempt, error)
+            time.sleep(_PAUSE)
+    raise ProblemError("not-ready", "frames: found no record yet, allowed when the test has begun")
 
 
 @router.get("", summary="List the shapes of the knit through its test", responses=problems(404, 409, 422))
@@ -70,31 +86,35 @@ def frames(job: JobId, here: Here) -> FrameIndex:
 
     `range` is the least and largest value of each field over all shapes; `section` the area that carries each axis.
     """
-    with _record(here.store.folder(job)) as file:
-        group, count = file[GROUP], count_frames(file)
-        strands = [int(size) for size in file["strands"][()]]
-        extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES}
-        fields = group["FieldData"]
-        axes = [axis for axis in AXES if f"strain_{axis}" in fields]
-        times, phases, cycles = (column[:count] for column in (group["Steps/Values"], fields["phase"], fields["cycle"]))
-        strains = {axis: fields[f"strain_{axis}"][:count] for axis in axes}
-        return FrameIndex(
-            nodes=sum(strands),
-            edges=sum(strands) - len(strands),
-            strands=strands,
-            radius=float(file.attrs["fibre_radius"]),
-            section={axis: float(np.prod([extents[other] for other in AXES if other != axis])) for axis in axes},
-            range={name: _range(group[place]) for name, place in _FIELDS.items()},
-            frames=[
-                FrameView(
-                    time=float(times[k]),
-                    strain={axis: float(strains[axis][k]) for axis in axes},
-                    cycle=int(cycles[k]),
-                    phase=PHASES[int(phases[k])],
-                )
-                for k in range(count)
-            ],
-        )
+    return _read(here.store.folder(job), _index)
+
+
+def _index(file: h5py.File) -> FrameIndex:
+    """Return what there is in a record."""
+    group, count = file[GROUP], count_frames(file)
+    strands = [int(size) for size in file["strands"][()]]
+    extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES}
+    fields = group["FieldData"]
+    axes = [axis for axis in AXES if f"strain_{axis}" in fields]
+    times, phases, cycles = (column[:count] for column in (group["Steps/Values"], fields["phase"], fields["cycle"]))
+    strains = {axis: fields[f"strain_{axis}"][:count] for axis in axes}
+    return FrameIndex(
+        nodes=sum(strands),
+        edges=sum(strands) - len(strands),
+        strands=strands,
+        radius=float(file.attrs["fibre_radius"]),
+        section={axis: float(np.prod([extents[other] for other in AXES if other != axis])) for axis in axes},
+        range={name: _range(group[place]) for name, place in _FIELDS.items()},
+        frames=[
+            FrameView(
+                time=float(times[k]),
+                strain={axis: float(strains[axis][k]) for axis in axes},
+                cycle=int(cycles[k]),
+                phase=PHASES[int(phases[k])],
+            )
+            for k in range(count)
+        ],
+    )
 
 
 def _range(column: h5py.Dataset) -> tuple[float, float]:
@@ -119,9 +139,12 @@ def _range(column: h5py.Dataset) -> tuple[float, float]:
 )
 def frame(job: JobId, number: Annotated[int, Path(ge=0, le=10**6, examples=[0])], here: Here) -> Response:
     """Return 32-bit floats, low byte first: nodes [m], axial, bending strain of edges, contact force of nodes [N]."""
-    with _record(here.store.folder(job)) as file:
+
+    def shape(file: h5py.File) -> bytes:
         if number >= (count := count_frames(file)):
             raise ProblemError("unknown", f"frame: found {number}, allowed 0 to {count - 1}")
-        shape = read_frame(file, number, ())
-    parts = (shape.nodes.ravel(), shape.axial_strain, shape.bending_strain, shape.contact_force)
-    return Response(np.concatenate(parts).astype("<f4").tobytes(), media_type="application/octet-stream")
+        found = read_frame(file, number, ())
+        parts = (found.nodes.ravel(), found.axial_strain, found.bending_strain, found.contact_force)
+        return np.concatenate(parts).astype("<f4").tobytes()
+
+    return Response(_read(here.store.folder(job), shape), media_type="application/octet-stream")

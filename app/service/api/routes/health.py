@@ -14,8 +14,8 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/healthz", summary="Say that the service answers")
-def healthz() -> Health:
-    """Return the version; needs no token."""
+async def healthz() -> Health:
+    """Return the version; needs no token, and no thread that a slow request could hold."""
     return Health(version=version_of("knitlab"))
 
 

@@ -5,42 +5,25 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Header, Query, Request
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
-from app.check import dry_run
+from app.check import count_rows
 from app.service.api.bodies import Submission
-from app.service.api.bounds import Bounds, check_plan, check_protocol
+from app.service.api.bounds import Bounds, check_protocol, check_rows
 from app.service.api.context import Here
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import JobId, JobPage, JobView, problems
+from app.service.api.routes.asked import Asked, Key
 from app.service.api.routes.laboratory import Sent
-from app.service.jobs import GIBIBYTE, Job, JobSpec, State
+from app.service.api.tags import has_tag
+from app.service.jobs import Job, JobSpec, State
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
-_DAY = 86400.0
 
-Key = Annotated[
-    str | None,
-    Header(
-        alias="Idempotency-Key",
-        pattern=r"^[\x21-\x7e]{1,200}$",
-        description="Tells a submission that is sent again from a new one.",
-        examples=["5c1f0a86-9d1b-4a51-8f0e-2b7d3a7b9f10"],
-    ),
-]
-Timeout = Annotated[
-    float | None,
-    Query(gt=0.0, le=30 * _DAY, description="Longest time that the job may run [s].", examples=[3600.0]),
-]
-Memory = Annotated[
-    int,
-    Query(ge=GIBIBYTE // 4, le=1024 * GIBIBYTE, description="Most memory that its process may hold [bytes]."),
-]
-
-
-def spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
+def _spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
     """Return what a job shall do, once it is sure that it can.
 
     Raises
@@ -50,7 +33,7 @@ def spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
     """
     loaded = sent.load()
     check_protocol(loaded.protocol, bounds)
-    check_plan(dry_run(loaded), bounds)
+    check_rows(count_rows(loaded), bounds)
     return JobSpec(name=loaded.protocol.name, protocol=sent.text, materials=sent.materials)
 
 
@@ -64,20 +47,11 @@ def spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
     },
     openapi_extra=PROTOCOL_BODY,
 )
-def submit(
-    sent: Sent,
-    here: Here,
-    response: Response,
-    *,
-    key: Key = None,
-    timeout: Timeout = None,
-    memory: Memory = 8 * GIBIBYTE,
-    pictures: Annotated[bool, Query(description="Whether to draw the plot and the knit too.")] = True,
-) -> JobView:
+async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, key: Key = None) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
-    spec = spec_of(sent, here.bounds)
-    asked = replace(spec, timeout=timeout, memory=memory, pictures=pictures)
-    job = here.store.submit(asked, key=key)
+    spec = await run_sync(_spec_of, sent, here.bounds, limiter=here.thinking)
+    limited = replace(spec, **asked.model_dump())
+    job = await run_sync(lambda: here.store.submit(limited, key=key))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)
 
@@ -112,14 +86,9 @@ def get_job(job: JobId, here: Here, request: Request) -> Any:  # noqa: ANN401 (a
     body = JobView.model_validate(here.store.get(job)).model_dump_json().encode()
     tag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
     headers = {"ETag": tag, "Cache-Control": "no-cache"}
-    if _matches(request.headers.get("if-none-match", ""), tag):
+    if has_tag(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
     return Response(body, media_type="application/json", headers=headers)
-
-
-def _matches(wanted: str, tag: str) -> bool:
-    """Tell whether a list of tags has one, weak or strong (RFC 9110, 13.1.2)."""
-    return any(one.strip().removeprefix("W/") in {tag, "*"} for one in wanted.split(","))
 
 
 def _answer(act: Callable[[str], Job], job: str) -> JobView:

@@ -1,11 +1,12 @@
 """Answer what needs no job: the catalogues, and what a protocol would do."""
 
-import threading
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any, get_args
 
+import anyio
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
@@ -15,7 +16,7 @@ from app.plan_tables import plan_data
 from app.rig_data import read_machine
 from app.schemas.material_files import known_materials
 from app.service.api.bodies import Submission, read_raw, submission
-from app.service.api.bounds import check_plan, check_protocol
+from app.service.api.bounds import Bounds, check_protocol, check_rows
 from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
@@ -26,9 +27,11 @@ from rigs.logs.catalogue import LOGS
 
 router = APIRouter(tags=["laboratory"])
 
-# Drawing takes seconds of CPU and hundreds of MB: one picture at a time.
-_drawing = threading.Semaphore(1)
+_QUEUE = 8
+"""Pictures that may wait to be drawn; one takes seconds."""
+
 _PATIENCE = 30.0
+"""How long a picture may wait for its turn [s]."""
 
 Name = Annotated[
     str, Query(max_length=64, description="Name of a protocol that gives itself none.", examples=["biaxial_cycle"])
@@ -78,12 +81,17 @@ def materials() -> MaterialList:
     responses=problems(400, 408, 413, 415, 422),
     openapi_extra=PROTOCOL_BODY,
 )
-def validate(sent: Sent, here: Here) -> PlanView:
+async def validate(sent: Sent, here: Here) -> PlanView:
     """Return strokes, duration, rows, limits that would be passed and the arc-length budget; or what is wrong."""
+    return await run_sync(_planned, sent, here.bounds, limiter=here.thinking)
+
+
+def _planned(sent: Submission, bounds: Bounds) -> PlanView:
+    """Return what a protocol would do."""
     loaded = sent.load()
-    check_protocol(loaded.protocol, here.bounds)
+    check_protocol(loaded.protocol, bounds)
     plan = dry_run(loaded)
-    check_plan(plan, here.bounds)
+    check_rows(plan.rows, bounds)
     return PlanView.model_validate(plan_data(plan))
 
 
@@ -97,18 +105,40 @@ def validate(sent: Sent, here: Here) -> PlanView:
     openapi_extra=PROTOCOL_BODY,
     response_model=SpecimenView,
 )
-def preview(request: Request, sent: Sent, here: Here) -> Any:  # noqa: ANN401 (facts, or a picture)
+async def preview(request: Request, sent: Sent, here: Here) -> Any:  # noqa: ANN401 (facts, or a picture)
     """Return what is known of a specimen before any physics; with `Accept: image/png` its picture."""
-    loaded = sent.load()
-    check_protocol(loaded.protocol, here.bounds)
-    specimen = build_specimen(loaded)
     if "image/png" not in request.headers.get("accept", ""):
-        return SpecimenView.model_validate(specimen_data(loaded.protocol, describe(specimen)))
-    if not _drawing.acquire(timeout=_PATIENCE):
-        raise ProblemError("busy", "another picture is being drawn", headers={"Retry-After": "10"})
+        return await run_sync(_described, sent, here.bounds, limiter=here.thinking)
+    if here.drawing.statistics().tasks_waiting >= _QUEUE:
+        raise _busy()
     try:
-        with TemporaryDirectory() as folder:
-            picture = specimen_picture(specimen, Path(folder) / "specimen.png").path
-            return Response(picture.read_bytes(), media_type="image/png")
+        with anyio.fail_after(_PATIENCE):
+            await here.drawing.acquire()
+    except TimeoutError as error:
+        raise _busy() from error
+    try:
+        # The turn is held already: this asks for a thread alone, and no timeout ends a picture half-way.
+        content = await run_sync(_drawn, sent, here.bounds, limiter=here.thinking)
     finally:
-        _drawing.release()
+        here.drawing.release()
+    return Response(content, media_type="image/png")
+
+
+def _busy() -> ProblemError:
+    """Return the refusal of one picture too many."""
+    return ProblemError("busy", "other pictures are being drawn", headers={"Retry-After": "10"})
+
+
+def _described(sent: Submission, bounds: Bounds) -> SpecimenView:
+    """Return what is known of a specimen."""
+    loaded = sent.load()
+    check_protocol(loaded.protocol, bounds)
+    return SpecimenView.model_validate(specimen_data(loaded.protocol, describe(build_specimen(loaded))))
+
+
+def _drawn(sent: Submission, bounds: Bounds) -> bytes:
+    """Return the picture of a specimen."""
+    loaded = sent.load()
+    check_protocol(loaded.protocol, bounds)
+    with TemporaryDirectory() as folder:
+        return specimen_picture(build_specimen(loaded), Path(folder) / "specimen.png").path.read_bytes()

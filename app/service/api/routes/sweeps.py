@@ -1,5 +1,6 @@
 """Accept sweeps: many jobs, all of them or none."""
 
+from dataclasses import replace
 from typing import Annotated
 
 from anyio.to_thread import run_sync
@@ -10,33 +11,44 @@ from app.service.api.context import Here, context_of
 from app.service.api.documents import SWEEP_BODY
 from app.service.api.models import JobView, SweepView, problems
 from app.service.api.problems import ProblemError
-from app.service.api.routes.jobs import Key
+from app.service.api.routes.asked import Asked, Key
 from app.service.api.sweeping import swept
 from app.service.jobs import JobSpec
 
 router = APIRouter(prefix="/v1/sweeps", tags=["jobs"])
 
+_QUEUE = 8
+"""Sweeps that may wait to be looked at; each holds its body."""
+
 
 async def sweep_body(request: Request) -> list[JobSpec]:
     """Return what the jobs of a sweep shall do."""
-    bounds = context_of(request).bounds
+    here = context_of(request)
+    bounds = here.bounds
+    if here.sweeping.statistics().tasks_waiting >= _QUEUE:
+        raise ProblemError("busy", "other sweeps are being looked at", headers={"Retry-After": "30"})
     raw = await read_raw(request, bounds.sweep_body)
     if raw.kind != "json":
         raise ProblemError("media-type", "content-type: found YAML, allowed application/json")
-    return await run_sync(lambda: swept(parse_json(raw.text), bounds))
+    # A client that gave up and asks again waits here, and takes no processor from the first.
+    return await run_sync(lambda: swept(parse_json(raw.text), bounds), limiter=here.sweeping)
 
 
 @router.post(
     "",
     summary="Submit a sweep",
     status_code=202,
-    responses=problems(400, 408, 413, 415, 422),
+    responses=problems(400, 408, 413, 415, 422, 503),
     openapi_extra=SWEEP_BODY,
 )
-def submit_sweep(specs: Annotated[list[JobSpec], Depends(sweep_body)], here: Here, key: Key = None) -> SweepView:
+def submit_sweep(
+    specs: Annotated[list[JobSpec], Depends(sweep_body)], here: Here, asked: Asked, *, key: Key = None
+) -> SweepView:
     """Accept every job of a sweep, or none: one that is not valid refuses the whole.
 
     A protocol's `params` over lists of values, every combination a job, the last name fastest; or a list of protocols.
+    What the query says is meant of each job.
     """
-    jobs = here.store.submit_all(specs, key=key)
+    limits = asked.model_dump()
+    jobs = here.store.submit_all([replace(spec, **limits) for spec in specs], key=key)
     return SweepView(sweep=str(jobs[0].sweep), count=len(jobs), jobs=[JobView.model_validate(job) for job in jobs])

@@ -1,0 +1,12 @@
+"""Compare entity tags, as a client that has something already sends them (RFC 9110, 13.1.2)."""
+
+
+def has_tag(wanted: str, tag: str) -> bool:
+    """Tell whether a list of tags, as `If-None-Match` has it, names one: weak or strong, or any by `*`.
+
+    Examples
+    --------
+    >>> has_tag('"x", W/"y"', '"y"'), has_tag("*", '"y"'), has_tag('"x"', '"y"'), has_tag("", '"y"')
+    (True, True, False, False)
+    """
+    return any(one.strip().removeprefix("W/") in {tag, "*"} for one in wanted.split(","))
