@@ -49,7 +49,7 @@ def test_a_full_disk_is_no_fault_of_the_job(
         raise error
 
     monkeypatch.setattr(child, "_test", fail)
-    monkeypatch.setattr(child.signal, "signal", lambda *_: None)  # of this process, not of a job's
+    monkeypatch.setattr("app.service.child.signal.signal", lambda *_: None)  # of this process, not of a job's
     with pytest.raises(SystemExit) as left:
         child._attempt(JobFolder(tmp_path))
     assert left.value.code == code
