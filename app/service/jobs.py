@@ -177,7 +177,7 @@ class JobStore(Protocol):
         """Return a page of jobs, newest first."""
         ...
 
-    def counts(self) -> dict[State, int]:
+    def counts(self, sweep: str | None = None) -> dict[State, int]:
         """Return how many jobs are in each state."""
         ...
 

@@ -6,6 +6,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -19,7 +20,7 @@ from app.service.store import Store
 from app.service.worker import Worker, own
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
     from types import FrameType
 
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 _LAST_ANSWERS: Final = 5
 """Time that open connections get when the service stops [s]."""
+
+_LOOK: Final = 0.2
+"""Time between two looks whether to go on [s]."""
 
 _MOST_CONNECTIONS: Final = 1000
 
@@ -59,15 +63,14 @@ def serve(*, host: str, port: int, slots: int, data: Path | None, token: str | N
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with own(given), Store(given) as store, socket.create_server((host, port), family=family) as listener:
         context = Context(store=store, token=token)
-        with _answering(create_app(context), listener) as stop:
+        with _answering(create_app(context), listener) as answers:
             worker = Worker(store, slots) if slots else None
             if worker is not None:
                 worker.start()
             try:
                 _announce(listener, slots, given.data)
-                # A wait without an end may sleep through a signal.
-                while not stop.wait(0.5):
-                    pass
+                while answers():
+                    time.sleep(_LOOK)
             finally:
                 # Streams end while the jobs go back to the queue: one after the other they may pass Docker's 10 s.
                 context.closing.set()
@@ -76,8 +79,8 @@ def serve(*, host: str, port: int, slots: int, data: Path | None, token: str | N
 
 
 @contextmanager
-def _answering(app: FastAPI, listener: socket.socket) -> Iterator[threading.Event]:
-    """Answer requests until a signal comes, which sets the event that is lent; then give open ones their last answers.
+def _answering(app: FastAPI, listener: socket.socket) -> Iterator[Callable[[], bool]]:
+    """Answer requests, lend whether they are still answered, and in the end give open ones their last answers.
 
     The server runs beside the main thread: there it would hand a SIGTERM on, and the process end before its worker
     has put its jobs back.
@@ -93,25 +96,17 @@ def _answering(app: FastAPI, listener: socket.socket) -> Iterator[threading.Even
         limit_concurrency=_MOST_CONNECTIONS,
     )
     server = uvicorn.Server(config)
-    stop = threading.Event()
 
     def ask_to_stop(_signal: int, _frame: FrameType | None) -> None:
-        # The second time it is meant.
-        server.force_exit = stop.is_set()
+        # The second time it is meant. (No lock is taken here: whom the signal interrupts may hold it.)
+        server.force_exit = server.should_exit
         server.should_exit = True
-        stop.set()
-
-    def answer() -> None:
-        try:
-            server.run(sockets=[listener])
-        finally:
-            stop.set()
 
     before = {one: signal.signal(one, ask_to_stop) for one in (signal.SIGINT, signal.SIGTERM)}
-    thread = threading.Thread(target=answer, name="knitlab-http")
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="knitlab-http")
     try:
         thread.start()
-        yield stop
+        yield lambda: thread.is_alive() and not server.should_exit
     finally:
         server.should_exit = True
         thread.join()

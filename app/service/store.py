@@ -124,9 +124,11 @@ class Store:
         more = len(rows) > limit
         return Page(jobs=tuple(map(self._job, rows[:limit])), cursor=str(rows[limit - 1].seq) if more else None)
 
-    def counts(self) -> dict[State, int]:
+    def counts(self, sweep: str | None = None) -> dict[State, int]:
         """Return how many jobs are in each state."""
         query = sa.select(jobs.c.state, sa.func.count()).group_by(jobs.c.state)
+        if sweep is not None:
+            query = query.where(jobs.c.sweep == sweep)
         with self.engine.begin() as connection:
             found = {row[0]: int(row[1]) for row in connection.execute(query)}
         return {state: found.get(state, 0) for state in STATES}

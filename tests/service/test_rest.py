@@ -192,6 +192,7 @@ def test_jobs_are_paged_newest_first(http: httpx.Client, store: Store, job: Job)
     while True:
         page = http.get("/v1/jobs", params={"limit": 2, "sweep": sweep or "", **({"cursor": cursor} if cursor else {})})
         seen += [one["id"] for one in page.json()["jobs"]]
+        assert {state: count for state, count in page.json()["counts"].items() if count} == {"queued": 5}
         cursor = page.json()["cursor"]
         if cursor is None:
             break

@@ -215,6 +215,7 @@ class JobPage(Answer):
 
     jobs: list[JobView]
     cursor: str | None = Field(description="what to ask for the next page with; nothing at the end")
+    counts: dict[State, int] = Field(description="how many jobs there are in each state, of the sweep if one is named")
 
 
 class SweepView(Answer):

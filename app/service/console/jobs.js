@@ -1,5 +1,5 @@
 // List the jobs, newest first, by state and sweep, and keep the list fresh.
-import { ask, every, get, report } from "./api.js";
+import { every, get, report } from "./api.js";
 import { arrange, entitle, h, put } from "./dom.js";
 import { Line } from "./line.js";
 import { rest } from "./reach.js";
@@ -8,12 +8,6 @@ import { STATES } from "./verbs.js";
 const PERIOD = 2000;
 const PAGE = 25;
 const COLUMNS = ["Test", "State", "Done", "Where it is", "Left", "Submitted", "Ask"];
-
-/** Return how many jobs there are in each state, as the service's figures say. */
-async function counts(signal) {
-  const text = await (await ask("metrics", { signal })).text();
-  return Object.fromEntries([...text.matchAll(/^knitlab_jobs\{state="(\w+)"\} (\S+)$/gm)].map(([, state, count]) => [state, Number(count)]));
-}
 
 class List {
   constructor(place, signal, query) {
@@ -55,12 +49,12 @@ class List {
     if (this.state) query.set("state", this.state);
     if (this.sweep) query.set("sweep", this.sweep);
     if (this.cursors.at(-1)) query.set("cursor", this.cursors.at(-1));
-    const [found, counted] = await Promise.all([get(`v1/jobs?${query}`, this.signal), counts(this.signal)]);
+    const found = await get(`v1/jobs?${query}`, this.signal);
     // Another page was asked for meanwhile.
     if (turn !== this.turn) return;
     this.next = found.cursor;
     this.show(found.jobs);
-    this.count(found, counted);
+    this.count(found);
   }
 
   show(jobs) {
@@ -71,17 +65,15 @@ class List {
     this.empty.hidden = jobs.length > 0;
   }
 
-  /** Say how many jobs there are; of a sweep the service does not count them, and the last page tells. */
-  count({ jobs, cursor }, counted) {
-    counted[""] = Object.values(counted).reduce((sum, one) => sum + one, 0);
+  /** Say how many jobs there are, in each state and on this page. */
+  count({ jobs, cursor, counts }) {
+    const counted = { ...counts, "": Object.values(counts).reduce((sum, one) => sum + one, 0) };
     for (const [state, link] of this.states) {
-      put(link, this.sweep ? state || "all" : `${state || "all"} ${counted[state]}`);
+      put(link, `${state || "all"} ${counted[state]}`);
       link.hidden = Boolean(state) && state !== this.state && !counted[state];
     }
     const before = PAGE * (this.cursors.length - 1);
-    const last = before + jobs.length;
-    const all = this.sweep ? (cursor ? "more" : last) : Math.max(counted[this.state], last);
-    put(this.which, jobs.length ? `${before + 1}–${last} of ${all}` : "");
+    put(this.which, jobs.length ? `${before + 1}–${before + jobs.length} of ${counted[this.state]}` : "");
     this.newer.hidden = this.cursors.length === 1;
     this.older.hidden = !cursor;
   }

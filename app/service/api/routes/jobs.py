@@ -68,7 +68,8 @@ def list_jobs(
 ) -> JobPage:
     """Return a page of jobs, and the cursor of the next."""
     page = here.store.list(limit, cursor, state, sweep)
-    return JobPage(jobs=[JobView.model_validate(job) for job in page.jobs], cursor=page.cursor)
+    jobs = [JobView.model_validate(job) for job in page.jobs]
+    return JobPage(jobs=jobs, cursor=page.cursor, counts=here.store.counts(sweep))
 
 
 @router.get(
