@@ -15,6 +15,7 @@ from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP, EXAMPLE_YAML
 from app.service.api.routes import laboratory
+from app.service.api.turns import Turns
 from app.service.settings import settings
 from app.service.store import Store
 from tests.service.serving import served
@@ -111,21 +112,21 @@ def test_a_specimen_is_drawn(http: httpx.Client, protocol: str) -> None:
 
 
 def test_pictures_that_wait_hold_up_nothing_else(store: Store, protocol: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(laboratory, "_PATIENCE", 4.0)
+    monkeypatch.setattr(laboratory, "_PATIENCE", 8.0)
     # Somebody's picture is being drawn, and takes its time.
-    context = Context(store=store, drawing=CapacityLimiter(0))
+    context = Context(store=store, drawing=Turns(what="", again=10, limiter=CapacityLimiter(0)))
     headers = {**YAML, "Accept": "image/png"}
     with served(create_app(context)) as at, ThreadPoolExecutor(45) as pool:
         began = time.monotonic()
         path = f"{at}/v1/specimens:preview"
         waiting = [pool.submit(httpx.post, path, content=protocol, headers=headers, timeout=60.0) for _ in range(45)]
-        while sum(one.done() for one in waiting) < 45 - laboratory._QUEUE and time.monotonic() - began < 30.0:
+        while sum(one.done() for one in waiting) < 45 - context.drawing.most and time.monotonic() - began < 30.0:
             time.sleep(0.05)
         for path in ("/healthz", "/v1/rigs", "/v1/jobs"):
             before = time.monotonic()
             assert httpx.get(at + path, timeout=30.0).status_code == 200
             assert time.monotonic() - before < 2.0
-        assert sum(not one.done() for one in waiting) == laboratory._QUEUE
+        assert sum(not one.done() for one in waiting) == context.drawing.most
         for one in waiting:
             busy = one.result()
             problem(busy, 503, "busy")

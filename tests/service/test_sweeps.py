@@ -16,8 +16,8 @@ from app.service.api.bounds import Bounds
 from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP
-from app.service.api.routes import sweeps
 from app.service.api.sweeping import swept
+from app.service.api.turns import Turns
 from tests.service.serving import served
 from tests.service.test_rest import YAML, problem
 
@@ -197,21 +197,21 @@ def test_materials_are_read_once_for_a_whole_sweep(protocol: str) -> None:
 
 def test_sweeps_that_wait_are_bounded_and_hold_up_nothing_else(store: Store, protocol: str) -> None:
     # Somebody's sweep is being looked at, and takes its time.
-    context = Context(store=store, sweeping=CapacityLimiter(0))
+    context = Context(store=store, sweeping=Turns(what="", again=30, limiter=CapacityLimiter(0)))
     body = {"protocol": protocol, "values": {"peak": ["5 %"]}}
     with served(create_app(context)) as at, ThreadPoolExecutor(20) as pool:
         asked = [pool.submit(httpx.post, f"{at}/v1/sweeps", json=body, timeout=60.0) for _ in range(20)]
         deadline = time.monotonic() + 30.0
-        while sum(one.done() for one in asked) < 20 - sweeps._QUEUE and time.monotonic() < deadline:
+        while sum(one.done() for one in asked) < 20 - context.sweeping.most and time.monotonic() < deadline:
             time.sleep(0.05)
         for one in asked:
             if one.done():
                 problem(one.result(), 503, "busy")
                 assert int(one.result().headers["retry-after"]) > 0
-        assert sum(not one.done() for one in asked) == sweeps._QUEUE
+        assert sum(not one.done() for one in asked) == context.sweeping.most
         assert httpx.get(f"{at}/v1/rigs").status_code == 200
-        context.sweeping.total_tokens = 1
-        assert sum(one.result().status_code == 202 for one in asked) == sweeps._QUEUE
+        context.sweeping.limiter.total_tokens = 1
+        assert sum(one.result().status_code == 202 for one in asked) == context.sweeping.most
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from app.service.api.bounds import Bounds
+from app.service.api.turns import Turns
 from app.service.jobs import JobStore
 
 
@@ -23,9 +24,10 @@ class Context:
         What a client must show; None for a service that this machine alone can reach.
     bounds : Bounds
         What one request may ask for.
-    thinking, sweeping, drawing : CapacityLimiter
-        Turns for what takes seconds of a processor: to look at a protocol, at a sweep, to draw a picture. Who waits for
-        one holds no thread, so that the threads that answer all else stay free.
+    thinking : CapacityLimiter
+        Threads for looks at a protocol, so that those that answer all else stay free.
+    sweeping, drawing : Turns
+        Turns to look at a sweep, to draw a picture.
     closing : Event
         Set when the service is about to stop: streams end, their clients come again.
     """
@@ -34,9 +36,10 @@ class Context:
     token: str | None = None
     bounds: Bounds = field(default_factory=Bounds)
     thinking: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(4))
-    sweeping: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(1))
-    # Drawing takes hundreds of MB too: one picture at a time.
-    drawing: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(1))
+    # A client that gave up and asks again waits here, and takes no processor from the first.
+    sweeping: Turns = field(default_factory=lambda: Turns(what="other sweeps are being looked at", again=30))
+    # Drawing takes hundreds of MB too.
+    drawing: Turns = field(default_factory=lambda: Turns(what="other pictures are being drawn", again=10))
     closing: Event = field(default_factory=Event)
 
 

@@ -20,15 +20,11 @@ from app.service.api.bounds import Bounds, check_protocol, check_rows
 from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
-from app.service.api.problems import ProblemError
 from app.tables import materials_data, specimen_data
 from rigs.catalogue import CATALOGUE, MachineName
 from rigs.logs.catalogue import LOGS
 
 router = APIRouter(tags=["laboratory"])
-
-_QUEUE = 8
-"""Pictures that may wait to be drawn; one takes seconds."""
 
 _PATIENCE = 30.0
 """How long a picture may wait for its turn [s]."""
@@ -109,24 +105,18 @@ async def preview(request: Request, sent: Sent, here: Here) -> Any:  # noqa: ANN
     """Return what is known of a specimen before any physics; with `Accept: image/png` its picture."""
     if "image/png" not in request.headers.get("accept", ""):
         return await run_sync(_described, sent, here.bounds, limiter=here.thinking)
-    if here.drawing.statistics().tasks_waiting >= _QUEUE:
-        raise _busy()
-    try:
-        with anyio.fail_after(_PATIENCE):
-            await here.drawing.acquire()
-    except TimeoutError as error:
-        raise _busy() from error
-    try:
-        # The turn is held already: this asks for a thread alone, and no timeout ends a picture half-way.
-        content = await run_sync(_drawn, sent, here.bounds, limiter=here.thinking)
-    finally:
-        here.drawing.release()
+    with here.drawing.line():
+        try:
+            with anyio.fail_after(_PATIENCE):
+                await here.drawing.limiter.acquire()
+        except TimeoutError as error:
+            raise here.drawing.refusal() from error
+        try:
+            # The turn is held already: this asks for a thread alone, and no timeout ends a picture half-way.
+            content = await run_sync(_drawn, sent, here.bounds, limiter=here.thinking)
+        finally:
+            here.drawing.limiter.release()
     return Response(content, media_type="image/png")
-
-
-def _busy() -> ProblemError:
-    """Return the refusal of one picture too many."""
-    return ProblemError("busy", "other pictures are being drawn", headers={"Retry-After": "10"})
 
 
 def _described(sent: Submission, bounds: Bounds) -> SpecimenView:

@@ -17,21 +17,16 @@ from app.service.jobs import JobSpec
 
 router = APIRouter(prefix="/v1/sweeps", tags=["jobs"])
 
-_QUEUE = 8
-"""Sweeps that may wait to be looked at; each holds its body."""
-
 
 async def sweep_body(request: Request) -> list[JobSpec]:
     """Return what the jobs of a sweep shall do."""
     here = context_of(request)
     bounds = here.bounds
-    if here.sweeping.statistics().tasks_waiting >= _QUEUE:
-        raise ProblemError("busy", "other sweeps are being looked at", headers={"Retry-After": "30"})
-    raw = await read_raw(request, bounds.sweep_body)
-    if raw.kind != "json":
-        raise ProblemError("media-type", "content-type: found YAML, allowed application/json")
-    # A client that gave up and asks again waits here, and takes no processor from the first.
-    return await run_sync(lambda: swept(parse_json(raw.text), bounds), limiter=here.sweeping)
+    with here.sweeping.line():
+        raw = await read_raw(request, bounds.sweep_body)
+        if raw.kind != "json":
+            raise ProblemError("media-type", "content-type: found YAML, allowed application/json")
+        return await run_sync(lambda: swept(parse_json(raw.text), bounds), limiter=here.sweeping.limiter)
 
 
 @router.post(
