@@ -123,6 +123,8 @@ class Worker:
                 adopt(self._store)
             except AWAY as error:
                 _log.warning("cannot look after the queue: %s", first_line(error))
+            except Exception:  # noqa: BLE001 (the next look may go well)
+                _log.exception("cannot look after the queue")
             self._left.wait(_SECONDS_BETWEEN_LOOKS)
 
 

@@ -15,6 +15,20 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT: Final = Path(__file__).parents[2]
+#: A real test of few rows, with noise.
+QUICK: Final = """\
+schema: knitlab/protocol@1
+name: quick
+rig: biaxial-hook
+specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
+speed_ref: pair
+others: hold
+log: {rate: 10 Hz, noise: on, seed: 7}
+max_strain_increment: 0.05
+steps:
+  - zero: {channels: [force, displacement]}
+  - cycle: {axes: [C, W], lower: 0, upper: 5 %, rate: 0.2 mm/s, n: 1}
+"""
 _KNITLAB: Final = (sys.executable, "-P", "-c", "from app.cli import main; main()")
 
 

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -20,7 +20,7 @@ from app.service.smallest import PROTOCOL
 from app.service.store import Store
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from app.service.folder import JobFolder
     from app.service.jobs import Job
@@ -118,6 +118,15 @@ class Lab:
                 worker.kill()
             worker.wait()
         self.store.close()
+
+
+@contextmanager
+def manned(folder: Path) -> Iterator[Lab]:
+    """Lend a lab on SQLite with a worker of one slot."""
+    lab = Lab(folder)
+    lab.start(slots=1)
+    yield lab
+    lab.close()
 
 
 def gone(process: psutil.Process) -> bool:

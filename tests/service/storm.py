@@ -106,7 +106,7 @@ def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.
         worker.send_signal(signal.SIGCONT)
         return
     worker.send_signal(signal.SIGTERM if blow == "leave" else signal.SIGKILL)
-    worker.wait()
+    worker.wait(timeout=120.0)
     lab.start(slots)
 
 

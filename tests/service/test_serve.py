@@ -18,26 +18,10 @@ from app.service.settings import settings
 from app.service.store import Store
 from app.service_errors import ServiceError
 from app.usecases import run_loaded
-from tests.service.knitlab_serve import ROOT, environment, knitlab, serving
+from tests.service.knitlab_serve import QUICK, ROOT, environment, knitlab, serving
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-#: A real test of few rows, with noise.
-QUICK = """\
-schema: knitlab/protocol@1
-name: quick
-rig: biaxial-hook
-specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
-speed_ref: pair
-others: hold
-log: {rate: 10 Hz, noise: on, seed: 7}
-max_strain_increment: 0.05
-steps:
-  - zero: {channels: [force, displacement]}
-  - cycle: {axes: [C, W], lower: 0, upper: 5 %, rate: 0.2 mm/s, n: 1}
-"""
-
 
 PEAK = '"${peak}"'
 

@@ -7,6 +7,8 @@ import re
 import time
 from typing import TYPE_CHECKING, Any, Final
 
+from tests.service.knitlab_serve import QUICK as FEW_ROWS
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
@@ -16,19 +18,8 @@ if TYPE_CHECKING:
 PATIENCE: Final = 120_000
 """Longest wait for anything [ms]."""
 
-QUICK: Final = """\
-schema: knitlab/protocol@1
-name: quick
-rig: biaxial-hook
-specimen: {knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
-speed_ref: pair
-others: hold
-log: {rate: 10 Hz, noise: on, seed: 7}
-max_strain_increment: 0.05
-steps:
-  - zero: {channels: [force, displacement]}
-  - cycle: {axes: [C, W], lower: 0, upper: 20 %, rate: 0.2 mm/s, n: 2, tag: twice}
-"""
+#: Two cycles with curves to look at.
+QUICK: Final = FEW_ROWS.replace("upper: 5 %", "upper: 20 %").replace("n: 1", "n: 2, tag: twice")
 LONG: Final = QUICK.replace("name: quick", "name: long").replace("[2, 2]", "[4, 4]").replace("0.05", "0.0005")
 
 

@@ -19,7 +19,7 @@ from app.run_reader import RunReader
 from app.service import child
 from app.service.folder import JobFolder, Result
 from app.service.row_file import restore
-from tests.service.lab import TINY, Lab, begun, cycles, until
+from tests.service.lab import TINY, Lab, begun, cycles, manned, until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    made = Lab(tmp_path_factory.mktemp("lab"))
-    made.start(slots=1)
-    yield made
-    made.close()
+    with manned(tmp_path_factory.mktemp("lab")) as made:
+        yield made
 
 
 def test_a_job_waits_until_its_data_folder_is_there(lab: Lab) -> None:

@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from app.service.jobs import JobSpec
-from tests.service.lab import BUSY, LONG, ROOT, TINY, Lab, begun, cycles, gone, until
+from tests.service.lab import BUSY, LONG, ROOT, TINY, Lab, begun, cycles, gone, manned, until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,10 +24,8 @@ MEBIBYTE = 1024**2
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    made = Lab(tmp_path_factory.mktemp("lab"))
-    made.start(slots=1)
-    yield made
-    made.close()
+    with manned(tmp_path_factory.mktemp("lab")) as made:
+        yield made
 
 
 def running(lab: Lab, spec: JobSpec, rows: int = 3) -> str:
