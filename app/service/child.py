@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 import traceback
+from contextlib import suppress
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -54,8 +55,13 @@ def work(folder: str) -> None:
     files = JobFolder(Path(folder))
     os.setsid()  # Ctrl-C in the server's terminal is the server's business
     _die_with_parent()
-    _say_into(files.log)
+    _work_in(files)
+
+
+def _work_in(files: JobFolder) -> None:
+    """Work in a job's folder; leave with one of the exit codes where the job has not ended."""
     try:
+        _say_into(files.log)
         with files.lock():
             if files.result() is None:
                 _attempt(files)
@@ -64,6 +70,11 @@ def work(folder: str) -> None:
     except StopAskedError:
         _log("stopped; what is done is kept")
         sys.exit(STOPPED)
+    except OSError as error:
+        if not _is_of_the_host(error):
+            raise
+        _log(f"cannot go on here: {error}")
+        sys.exit(TROUBLE)
 
 
 def _attempt(files: JobFolder) -> None:
@@ -83,8 +94,7 @@ def _attempt(files: JobFolder) -> None:
         _end(files, Result(end="memory", message="the system has no memory left", failed=True))
     except BaseException as error:
         if isinstance(error, OSError) and _is_of_the_host(error):
-            _log(f"cannot go on here: {error}")
-            raise SystemExit(TROUBLE) from error
+            raise
         # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
         (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
         sys.stderr.write(f"{type(error).__name__}: {error}\n")
@@ -109,7 +119,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     spec = files.read_spec()
     if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
         try:
-            over = _look_back(files)
+            over = _look_back(files, going_on=(files.run / CHECKPOINT).exists())
             ended = resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
         except (FormatError, FileNotFoundError) as error:
             # As after an upgrade: late is better than never.
@@ -125,7 +135,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     return ended
 
 
-def _look_back(files: JobFolder) -> bool:
+def _look_back(files: JobFolder, *, going_on: bool) -> bool:
     """Say how far earlier attempts came, and tell whether to the end of the test."""
     from app.carry_out import RECORD  # noqa: PLC0415 (heavy)
     from app.run_reader import RunReader  # noqa: PLC0415
@@ -133,7 +143,10 @@ def _look_back(files: JobFolder) -> bool:
     record = RunReader(files.run / RECORD)
     restore(files.rows_file, record)
     over = record.outcome.end != "abort"
-    _log("its test has ended; the files are left to make" if over else "goes on from its checkpoint")
+    if over:
+        _log("its test has ended; the files are left to make")
+    elif going_on:
+        _log("goes on from its checkpoint")
     return over
 
 
@@ -203,7 +216,8 @@ def _say_into(log: Path) -> None:
 
 
 def _log(text: str) -> None:
-    sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
+    with suppress(OSError):  # no job fails for want of room for a line
+        sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
 
 
 def _die_with_parent() -> None:

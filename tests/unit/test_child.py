@@ -1,17 +1,16 @@
 from __future__ import annotations
 
 import errno
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
+from app.carry_out import RunResult
 from app.service import child
 from app.service.folder import JobFolder, Result
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 DONE = Result(end="target", message="", failed=False)
+DONE_RUN = RunResult(outcome="target", message="", folder=Path("run"), figures=())
 
 
 def test_an_end_is_said_once_it_is_kept(
@@ -49,8 +48,23 @@ def test_a_full_disk_is_no_fault_of_the_job(
         raise error
 
     monkeypatch.setattr(child, "_test", fail)
+    monkeypatch.setattr(child, "_say_into", lambda _: None)
     monkeypatch.setattr("app.service.child.signal.signal", lambda *_: None)  # of this process, not of a job's
     with pytest.raises(SystemExit) as left:
-        child._attempt(JobFolder(tmp_path))
+        child._work_in(JobFolder(tmp_path))
     assert left.value.code == code
     assert JobFolder(tmp_path).result() is None
+
+
+def test_a_result_that_finds_no_room_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(child, "_test", lambda *_: DONE_RUN)
+    monkeypatch.setattr(child, "_say_into", lambda _: None)
+    monkeypatch.setattr("app.service.child.signal.signal", lambda *_: None)
+    monkeypatch.setattr(JobFolder, "write_result", full)
+    monkeypatch.setattr("app.service.child.sys.stderr.write", full)
+    with pytest.raises(SystemExit) as left:
+        child._work_in(JobFolder(tmp_path))
+    assert left.value.code == child.TROUBLE
