@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from math import floor
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.checkpoint import checkpoint_of
 from rigs.cursor import END, START
 from rigs.endings import Ending
@@ -135,9 +136,7 @@ class Bench:
         steps = list(follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration), START))
         return replace(
             steps[-1],
-            iterations=sum(step.iterations for step in steps),
-            factorisations=sum(step.factorisations for step in steps),
-            seconds=sum(step.seconds for step in steps),
+            cost=sum((step.cost for step in steps), Cost()),
         )
 
     def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
@@ -174,9 +173,9 @@ class Bench:
             fibre_strain=most_strained(self.rig, step.state).strain,
             residual=step.report.residual,
             contacts=step.report.contacts,
-            iterations=step.iterations,
-            factorisations=step.factorisations,
-            seconds=step.seconds,
+            iterations=step.cost.iterations,
+            factorisations=step.cost.factorisations,
+            seconds=step.cost.seconds,
             cycle=stroke.cycle,
             phase=stroke.phase,
             tag=stroke.tag,

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import ConvergenceError
 from rigs.rig import read
 from rigs.roots import find_root
@@ -114,7 +115,7 @@ class Search:
         Largest strain between two equilibria on a trial's way [1].
     duration : float
         Time that the way takes [s].
-    cost : dict of str to float
+    cost : Cost
         What was spent on all trials.
     tried : Step or None
         The last trial.
@@ -126,7 +127,7 @@ class Search:
     orders: Mapping[Axis, Order]
     increment: float
     duration: float
-    cost: dict[str, float] = field(default_factory=lambda: {"iterations": 0, "factorisations": 0, "seconds": 0.0})
+    cost: Cost = field(default_factory=Cost)
     tried: Step | None = None
     failure: ConvergenceError | None = None
 
@@ -168,13 +169,9 @@ class Search:
         root = None if guess is None else find_root(values, first, guess, np.stack([here - reach, here + reach]))
         if root is None or self.tried is None:
             raise self.failure or ConvergenceError("no travel of the axes meets what is asked of them")
-        step = replace(
-            self.tried,
-            iterations=int(self.cost["iterations"]),
-            factorisations=int(self.cost["factorisations"]),
-            seconds=self.cost["seconds"],
+        return Settled(
+            step=replace(self.tried, cost=self.cost), crosshead=self.crosshead(step), met=root.met, slope=root.slope
         )
-        return Settled(step=step, crosshead=self.crosshead(step), met=root.met, slope=root.slope)
 
     def crosshead(self, step: Step) -> dict[Axis, float]:
         """Return where the crossheads stand at an equilibrium [m]."""
@@ -183,8 +180,7 @@ class Search:
     def _go(self, travel: Mapping[Axis, float]) -> Step:
         """Return the equilibrium at some travels."""
         step = self.bench.reach(travel, duration=self.duration, increment=self.increment)
-        for name in self.cost:
-            self.cost[name] += getattr(step, name)
+        self.cost += step.cost
         self.tried = step
         return step
 

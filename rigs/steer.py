@@ -136,14 +136,7 @@ def _before(helm: Helm) -> float:
 
 def _with_cost(found: Settled, before: Settled) -> Settled:
     """Return an equilibrium with the cost of the trial before added to its own."""
-    step, spent = found.step, before.step
-    step = replace(
-        step,
-        iterations=step.iterations + spent.iterations,
-        factorisations=step.factorisations + spent.factorisations,
-        seconds=step.seconds + spent.seconds,
-    )
-    return replace(found, step=step)
+    return replace(found, step=replace(found.step, cost=found.step.cost + before.step.cost))
 
 
 def _lag(helm: Helm, settled: Settled, share: float) -> float:

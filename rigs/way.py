@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.equilibrium.march import Pace, advance, march
+from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
+from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.errors import ConvergenceError
 from rigs.cursor import START, Place
 from rigs.rig import most_strained, pose, without_edge
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options, Report
     from knitlab_core.equilibrium.rupture import Spot
+    from knitlab_core.equilibrium.stopwatch import Cost
     from rigs.cursor import Displacement
     from rigs.record import FloatArray
     from rigs.rig import Rig
@@ -39,10 +41,8 @@ class Step:
         Where the axes stand [m].
     state, report
         The specimen's state, and how its search went.
-    iterations, factorisations : int
-        What the search cost.
-    seconds : float
-        How long it took [s].
+    cost : Cost
+        What the search cost, failed tries included.
     rig : Rig
         The rig there; another one after a fibre broke.
     broken : Spot or None
@@ -57,9 +57,7 @@ class Step:
     displacement: Displacement
     state: State
     report: Report
-    iterations: int
-    factorisations: int
-    seconds: float
+    cost: Cost
     rig: Rig
     broken: Spot | None = None
     final: bool = False
@@ -141,7 +139,7 @@ def _whole(rig: Rig, state: State, way: Way, place: Place) -> Iterator[Step]:
         pace=pace,
     )
     while True:
-        began, made = perf_counter(), rig.work.factorisations
+        began, spent = perf_counter(), rig.work.spent
         found = next(path, None)
         if found is None:
             return
@@ -152,12 +150,15 @@ def _whole(rig: Rig, state: State, way: Way, place: Place) -> Iterator[Step]:
             displacement=between(way.start, way.goal, here.share),
             state=reached,
             report=report,
-            iterations=report.iterations,
-            factorisations=rig.work.factorisations - made,
-            seconds=perf_counter() - began,
+            cost=_cost(rig, spent, began),
             rig=rig,
             place=here,
         )
+
+
+def _cost(rig: Rig, spent: Cost, began: float) -> Cost:
+    """Return what was spent since the solver had spent so much, at a time of the wall clock [s]."""
+    return replace(rig.work.spent - spent, seconds=perf_counter() - began)
 
 
 def _breaks(rig: Rig, state: State) -> bool:
@@ -176,7 +177,7 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
     bonds_broke = bool((before.bonds.hold != step.state.bonds.hold).any())
     if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
         return whole
-    began, made = perf_counter(), work.factorisations
+    began, spent = perf_counter(), work.spent
     length = step.share - begin
     span = length * way.duration
 
@@ -198,9 +199,7 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
         displacement=between(way.start, way.goal, at),
         state=again,
         report=report,
-        iterations=step.iterations + report.iterations,
-        factorisations=step.factorisations + work.factorisations - made,
-        seconds=step.seconds + perf_counter() - began,
+        cost=step.cost + _cost(rig, spent, began),
         rig=rig,
         broken=most_strained(rig, again),
     )
@@ -209,7 +208,7 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
 def _after(broken: Step, way: Way) -> Step | None:
     """Return the equilibrium after a fibre broke, and others if its break overstrains them; None if none is found."""
     rig, state = broken.rig, broken.state
-    began, made = perf_counter(), rig.work.factorisations
+    began, spent = perf_counter(), rig.work.spent
     try:
         for _ in range(MOST_BREAKS):
             rig, state = without_edge(rig, state, most_strained(rig, state).edge, way.options)
@@ -227,9 +226,7 @@ def _after(broken: Step, way: Way) -> Step | None:
         displacement=broken.displacement,
         state=settled,
         report=report,
-        iterations=report.iterations,
-        factorisations=rig.work.factorisations - made,
-        seconds=perf_counter() - began,
+        cost=_cost(rig, spent, began),
         rig=rig,
         place=Place(begin=broken.share),
     )

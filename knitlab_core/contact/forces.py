@@ -22,12 +22,13 @@ class PairState(NamedTuple):
     """What friction knows of every candidate pair.
 
     `anchor`: (P, 3) line between the centrelines at the last equilibrium less the elastic slip there;
-    `start_load`: (P,) normal force there; `load`: (P,) lagged normal force; `normal`: (P, 3) lagged direction
-    from b to a; `slope`: (P, 6, 4) slope of the slip along friction's pull in the unknowns of the two spans'
-    nodes, set where there is a load whenever forces are computed.
+    `start_slip`: (P, 3) that slip; `start_load`: (P,) normal force there; `load`: (P,) lagged normal force;
+    `normal`: (P, 3) lagged direction from b to a; `slope`: (P, 6, 4) slope of the slip along friction's pull in the
+    unknowns of the two spans' nodes, set where there is a load whenever forces are computed.
     """
 
     anchor: FloatArray
+    start_slip: FloatArray
     start_load: FloatArray
     load: FloatArray
     normal: FloatArray
@@ -38,6 +39,7 @@ class PairState(NamedTuple):
         """Allocate the state of pairs that have never touched."""
         return cls(
             anchor=np.zeros((pairs, 3)),
+            start_slip=np.zeros((pairs, 3)),
             start_load=np.zeros(pairs),
             load=np.zeros(pairs),
             normal=np.zeros((pairs, 3)),

@@ -73,12 +73,16 @@ class State:
         Force that the fixtures exert at fixed unknowns [E r^2], zero elsewhere.
     increment : (N, 4) array
         Motion since the equilibrium before.
+    response : (N, 4) array or None
+        Linear response to the motion of the fixtures since then, at this equilibrium; None where it is not known.
     contacts : int
         Sample pairs that press on each other.
     energies : (4,) array
         Stretching, bending, twisting and contact energy [E r^3].
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
+    slip_change : float
+        How much slip changed its course in the step that led here [1]; see `friction.slip_change`.
     history : (M, N, 4) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
     viscous_work, fracture_work, snap_work : float
@@ -98,6 +102,9 @@ class State:
     energies: FloatArray
     external_work: float
     friction_work: float
+    response: FloatArray | None = None
+    slip_change: float = 0.0
+    ahead: FloatArray | None = None
     history: FloatArray | None = None
     viscous_work: float = 0.0
     fracture_work: float = 0.0

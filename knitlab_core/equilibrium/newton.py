@@ -7,6 +7,7 @@ lag is left in the answer; that system is not symmetric, and progress is judged
 by the natural monotonicity test (Deuflhard 2004, section 3.3). Where strands snap
 there is no balance near by to be found: the search goes back to the energy, with
 the loads of where it stands, and comes nearer to its minimum before they follow again.
+A search that makes no progress is handed to pseudo-transient continuation (`continuation.py`).
 """
 
 from dataclasses import dataclass
@@ -21,8 +22,18 @@ from knitlab_core.rods.frames import Frames, follow
 COUPLED = 0.02
 """Accuracy of a step where friction's loads are brought along."""
 
-FORCE_FLOOR = 1e-4
-"""Smallest force by which residuals are judged [E r^2]: about EI / L^2 of a loop, which bends it as a whole."""
+FORCE_FLOOR = 1e-2
+"""Smallest force by which residuals are judged [E r^2].
+
+With the tolerance of 1e-4 a node in equilibrium is off by at most 1e-6 E r^2. A loop of the default stitch (20 r wide)
+resists bending with about EI / L^3 = 1e-4 E r, so it is at most 0.01 r away from its place.
+"""
+
+SNAP_FLOOR = 1e-4
+"""The same under drag [E r^2]: a slow fall must not be taken for rest."""
+
+PATIENCE = 8
+"""Iterations in which the residual must be halved; a search that does not is handed to continuation."""
 
 FAR = 10.0
 """Residual above which contacts enter without their geometric stiffness: deep ones make it negative."""
@@ -48,7 +59,7 @@ class Options:
     follow_below : float
         Residual below which friction's loads follow the configuration.
     max_iterations : int
-        Give up after so many, or twice as many where strands snap.
+        Give up after so many, whatever the progress.
     room : float
         Share of the way to a neighbour's core that one iteration may use.
     """
@@ -75,6 +86,8 @@ class Report:
         Where that force acts.
     contacts : int
         Sample pairs that press on each other.
+    continued : bool
+        Whether pseudo-transient continuation took part, which may pass a snap.
     """
 
     converged: bool
@@ -82,6 +95,7 @@ class Report:
     residual: float
     node: int
     contacts: int
+    continued: bool = False
 
 
 @dataclass(slots=True)
@@ -108,13 +122,18 @@ def blocked(node: int, contacts: int) -> Report:
     return Report(converged=False, iterations=0, residual=np.inf, node=node, contacts=contacts)
 
 
-def _force_scale(work: Workspace, gradient: FloatArray) -> float:
+def force_scale(work: Workspace, gradient: FloatArray) -> float:
     """Return the mean force on fixtures or of loads, at least the floor."""
     held = work.model.fixed[:, :3]
     forces = np.abs(gradient[:, :3][held]) if work.poles is None else work.poles.fixture_forces(gradient, held)
     loads = np.abs(work.loads[work.loads != 0.0])
     means = [float(f.mean()) for f in (forces, loads) if f.size]
-    return max([FORCE_FLOOR, *means])
+    return max([SNAP_FLOOR if work.drag else FORCE_FLOOR, *means])
+
+
+def coupled_step(work: Workspace, step: FloatArray) -> FloatArray:
+    """Return a Newton step (N, 4) with the change of friction's loads, given the one without."""
+    return solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
 
 
 def _search_energy(
@@ -174,7 +193,7 @@ def _search_balance(
 
 
 def equilibrate(
-    work: Workspace, q: FloatArray, frames: Frames, options: Options
+    work: Workspace, q: FloatArray, frames: Frames, options: Options, motion: FloatArray | None = None
 ) -> tuple[FloatArray, Frames, FloatArray, Report]:
     """Find the equilibrium near a guess, with fixed unknowns held where they are.
 
@@ -188,6 +207,8 @@ def equilibrate(
         Frames of the guess; overwritten.
     options : Options
         How hard to try.
+    motion : (N, 4) array, optional
+        Motion of the fixtures, whose pull the workspace shall keep for the next guess.
 
     Returns
     -------
@@ -201,6 +222,7 @@ def equilibrate(
     poles_rub = work.poles is not None and work.poles.hooks.rubs
     loads = _Loads(following=model.law.friction == 0.0 and not poles_rub, follow_below=options.follow_below)
     iteration, contacts = 0, 0
+    before: list[float] = []
     gradient: FloatArray | None = None
     work.move_to(q, frames)
     while True:
@@ -210,7 +232,7 @@ def equilibrate(
             gradient = work.gradient(q, frames)
         residual = gradient * free
         worst = int(np.argmax(np.abs(residual)))
-        relative = float(np.abs(residual.flat[worst])) / _force_scale(work, gradient)
+        relative = float(np.abs(residual.flat[worst])) / force_scale(work, gradient)
         if not loads.following and relative < loads.follow_below:
             loads.following, gradient = True, None
             continue
@@ -221,16 +243,20 @@ def equilibrate(
             node=worst // 4,
             contacts=contacts,
         )
-        limit = (2 if loads.snapped else 1) * options.max_iterations
-        if report.converged or iteration >= limit or not np.isfinite(relative):
+        stalled = iteration > PATIENCE and relative > 0.5 * min(before[:-PATIENCE])
+        if report.converged or stalled or iteration >= options.max_iterations or not np.isfinite(relative):
             return q, frames, gradient, report
+        before.append(relative)
+        work.count_iteration()
         work.assemble(q, frames, contacts=1.0 if loads.following or relative < FAR else 0.0)
+        if motion is not None:
+            work.keep_pull(motion)
         if not work.factor():
             return q, frames, gradient, report
         step = work.solve(-residual)
         if loads.following and (poles_rub or (model.law.friction > 0.0 and contacts > 0)):
             size = float(np.linalg.norm(step))
-            step = solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
+            step = coupled_step(work, step)
             fraction = work.room(q, step, options.room)
             fraction, gradient, contacts = _search_balance(work, q, frames, step, size, fraction, other)
             if loads.snap(fraction):

@@ -1,9 +1,40 @@
-"""Where the time goes: seconds per part of the solver."""
+"""Where the time goes: iterations, factorisations, and seconds per part of the solver."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What searches cost.
+
+    Attributes
+    ----------
+    iterations, factorisations : int
+        Newton iterations and factorisations, those of failed searches included.
+    seconds : float
+        Wall time [s].
+    """
+
+    iterations: int = 0
+    factorisations: int = 0
+    seconds: float = 0.0
+
+    def __add__(self, other: "Cost") -> "Cost":
+        return Cost(
+            self.iterations + other.iterations,
+            self.factorisations + other.factorisations,
+            self.seconds + other.seconds,
+        )
+
+    def __sub__(self, other: "Cost") -> "Cost":
+        return Cost(
+            self.iterations - other.iterations,
+            self.factorisations - other.factorisations,
+            self.seconds - other.seconds,
+        )
 
 
 @dataclass(slots=True)

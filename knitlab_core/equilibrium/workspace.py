@@ -4,7 +4,7 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
-from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
+from knitlab_core.contact.friction import STEADY, Lead, Memory, add_load_coupling, recall, settle, step_law
 from knitlab_core.contact.neighbours import Candidates, find_candidates, largest_approach, largest_fraction
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
@@ -15,7 +15,7 @@ from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern, multiply, update_pattern
 from knitlab_core.equilibrium.poles import PoleMemory, Poles
-from knitlab_core.equilibrium.stopwatch import Stopwatch
+from knitlab_core.equilibrium.stopwatch import Cost, Stopwatch
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
@@ -49,8 +49,8 @@ class Workspace:
         Dead loads on the unknowns [E r^2, E r^3].
     clock : Stopwatch
         Where the time went.
-    factorisations : int
-        Number of factorisations so far.
+    spent : Cost
+        Newton iterations and factorisations so far, those of failed searches and snaps included.
     placed : Placed
         Samples and edges in the configuration last moved to.
     fused : Fused or None
@@ -71,7 +71,7 @@ class Workspace:
         self.model = model
         self.loads = np.zeros((n, 4))
         self.clock = Stopwatch()
-        self.factorisations = 0
+        self.spent = Cost()
         self.placed = Placed.zeros(n, samples)
         self.fused: Fused | None = None
         self.poles = None if model.hooks is None else Poles(model.hooks, model.law.slip)
@@ -83,10 +83,13 @@ class Workspace:
         self._trial = Frames.zeros(n)
         self._listed = np.zeros((n, 3))
         self._memory = Memory.empty()
+        self._lead = STEADY
+        self._law = model.law
         self._shift = 0.0
         self._hold: FloatArray | None = None
         self._made: tuple[FloatArray, FloatArray | None] | None = None
         self._linear: BlockCholesky | None = None
+        self._pull: tuple[FloatArray, BlockCholesky | None] | None = None
         self.blocks = np.zeros((0, 4, 4))
 
     @property
@@ -101,12 +104,15 @@ class Workspace:
         memory: Memory,
         hold: FloatArray | None = None,
         poles: PoleMemory | None = None,
+        lead: Lead = STEADY,
     ) -> None:
         """Begin at an equilibrium: list its pairs and recall what friction remembers of them, and of poles.
 
-        `hold` (B,) is the share of its stiffness that each bond has; by default all of it.
+        `hold` (B,) is the share of its stiffness that each bond has, by default all of it; `lead` how slip is
+        extrapolated in the step.
         """
-        self._memory = memory
+        self._memory, self._lead = memory, lead
+        self._law = step_law(self.model.law, lead)
         self._fuse(hold)
         self._origin = q.copy()
         if self.poles is not None:
@@ -147,7 +153,7 @@ class Workspace:
         samples, law = self.model.samples, self.model.law
         with self.clock("neighbours"):
             self.candidates = find_candidates(q, samples, law, SKIN)
-            self.pairs = recall(self._memory, self.candidates, self._base)
+            self.pairs = recall(self._memory, self.candidates, self._base, self._lead)
             self._listed = q[:, :3].copy()
         n = len(q)
         kept = None
@@ -188,7 +194,7 @@ class Workspace:
         m = self.model
         if self.poles is not None:
             self.poles.lag()
-        return lag(self.placed, self.candidates, m.samples.length, m.law, self.pairs)
+        return lag(self.placed, self.candidates, m.samples.length, self._law, self.pairs)
 
     def energy(self, q: FloatArray, source: Frames) -> float:
         """Return elastic, contact and friction energy less the work of dead loads; moves samples."""
@@ -197,7 +203,7 @@ class Workspace:
             follow(q, model.rods.has_edge, source, self._trial)
             elastic = sum(rod_energy(q, model.rods, self._trial))
             self.move_to(q, self._trial)
-            normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
+            normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, self._law, self.pairs)
             total = float(elastic + normal + friction - np.vdot(self.loads, q))
             if self.drag:
                 moved = q[:, :3] - self._origin[:, :3]
@@ -216,7 +222,7 @@ class Workspace:
         with self.clock("gradient"):
             g = -self.loads
             rod_gradient(q, model.rods, frames, g)
-            contact_gradient(self.placed, self.candidates, model.samples, model.law, self.pairs, g)
+            contact_gradient(self.placed, self.candidates, model.samples, self._law, self.pairs, g)
             if self.drag:
                 g[:, :3] += self.drag * (q[:, :3] - self._origin[:, :3])
             for part in self._parts:
@@ -241,7 +247,7 @@ class Workspace:
             rod_hessian(q, model.rods, frames, 1.0, self.pattern, self.blocks)
             pairs, pattern = self.pairs, self.pattern
             listed = self.candidates
-            contact_hessian(self.placed, listed, model.samples, model.law, contacts, pairs, pattern, self.blocks)
+            contact_hessian(self.placed, listed, model.samples, self._law, contacts, pairs, pattern, self.blocks)
             if self.drag:
                 self.blocks[self.pattern.diagonal[:, None], range(3), range(3)] += self.drag
             for part in self._parts:
@@ -253,17 +259,34 @@ class Workspace:
         multiply(self.pattern, self.blocks, v, out)
         return out
 
-    def factor(self) -> bool:
-        """Factor the stiffness of the free unknowns, shifted as little as makes it positive."""
+    def count_iteration(self) -> None:
+        """Count one Newton iteration."""
+        self.spent += Cost(iterations=1)
+
+    def keep_pull(self, motion: FloatArray) -> None:
+        """Keep what a motion (N, 4) of the fixtures pulls at the free unknowns; call between assembly and factor."""
+        pull = self.stiffness_times(motion)
+        pull[self.model.fixed] = 0.0
+        self._pull = pull, self._linear
+
+    def response(self, motion: FloatArray) -> FloatArray | None:
+        """Return the linear response (N, 4) to the motion whose pull was kept; None where the factor is another's."""
+        if self._pull is None or self._shift > 0.0 or self._pull[1] is not self._linear:
+            return None
+        return motion - self.solve(self._pull[0])
+
+    def factor(self, least: float = 0.0) -> bool:
+        """Factor the stiffness of the free unknowns, shifted as little as makes it positive, but by `least`."""
         if self._linear is None:
             return False
         shift = self._shift / SHIFT_DECAY
         if shift < SMALLEST_SHIFT:
             shift = 0.0
+        shift = max(shift, least)
         with self.clock("factor"):
             fix_unknowns(self.pattern, self.model.fixed, self.blocks)
             while True:
-                self.factorisations += 1
+                self.spent += Cost(factorisations=1)
                 if self._linear.factor(self.blocks, shift):
                     self._shift = shift
                     return True
@@ -289,7 +312,7 @@ class Workspace:
         """Return the change of the free forces by friction's loads when the strands move by `v`."""
         model = self.model
         out = np.zeros_like(v)
-        add_load_coupling(self.placed.points, self.candidates, model.samples, model.law, self.pairs, v, out)
+        add_load_coupling(self.placed.points, self.candidates, model.samples, self._law, self.pairs, v, out)
         if self.poles is not None:
             self.poles.add_load_coupling(v, out)
         out[model.fixed] = 0.0
@@ -313,7 +336,7 @@ class Workspace:
 
     def settle(self) -> tuple[Memory, PoleMemory, float]:
         """Accept the placed samples as an equilibrium; return what friction remembers, and its work."""
-        memory, work = settle(self.placed, self._base, self.candidates, self.model.law, self.pairs)
+        memory, work = settle(self.placed, self._base, self.candidates, self.model.law, self.pairs, self._lead)
         if self.poles is None:
             return memory, PoleMemory.empty(), work
         poles, rubbed = self.poles.settle()

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -5,9 +6,10 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium import march as march_module
-from knitlab_core.equilibrium.march import EASY, SMALLEST_STEP, Failure, advance, march
+from knitlab_core.equilibrium.march import Failure, advance, march
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
+from knitlab_core.equilibrium.step_control import FINEST, SMALLEST
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from tests.unit.equilibrium.strands import crossing, strand, stretched
@@ -16,23 +18,37 @@ REPORT = Report(converged=True, iterations=3, residual=1e-6, node=2, contacts=0)
 
 
 class Road:
-    """Stands in for `advance`: the target's first number is the parameter, and some steps fail."""
+    """Stands in for `advance`: the target's first number is the parameter, and some steps fail or change slip."""
 
-    def __init__(self, *, longest: float = 1.0, rough: tuple[float, float] = (0.0, 1.0), iterations: int = 3) -> None:
-        self.longest, self.rough, self.iterations = longest, rough, iterations
+    def __init__(
+        self,
+        *,
+        longest: float = 1.0,
+        rough: tuple[float, float] = (0.0, 1.0),
+        change: Callable[[float, float], float] = lambda _, __: 0.0,
+    ) -> None:
+        self.longest, self.rough, self.change = longest, rough, change
         self.tried: list[tuple[float, float]] = []
         self.durations: list[float] = []
+        self.guesses: list[object] = []
 
     def advance(
-        self, _: Workspace, state: State, target: np.ndarray[Any, Any], __: Options | None, *, duration: float
+        self,
+        _: Workspace,
+        state: State,
+        target: np.ndarray[Any, Any],
+        __: Options | None,
+        *,
+        duration: float,
+        ahead: np.ndarray[Any, Any] | None = None,
     ) -> tuple[State | None, Report]:
         begin, end = float(state.increment[0, 0]), float(target[0, 0])
         self.tried.append((begin, end))
         self.durations.append(duration)
-        report = replace(REPORT, iterations=self.iterations)
+        self.guesses.append(ahead)
         if end - begin > self.longest * (1.0 + 1e-9) and begin < self.rough[1] and end > self.rough[0]:
-            return None, replace(report, converged=False, residual=0.5)
-        return replace(state, increment=target), report
+            return None, replace(REPORT, converged=False, residual=0.5)
+        return replace(state, increment=target, slip_change=self.change(begin, end)), REPORT
 
 
 def walk(road: Road, monkeypatch: pytest.MonkeyPatch, longest: float) -> list[float]:
@@ -72,9 +88,22 @@ def test_steps_grow_again_and_fall_back_on_the_grid(monkeypatch: pytest.MonkeyPa
     np.testing.assert_array_equal(found[-4:], [0.625, 0.75, 0.875, 1.0])
 
 
-def test_steps_do_not_grow_while_the_search_is_hard(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = walk(Road(longest=0.0625, rough=(0.0, 0.1), iterations=EASY + 1), monkeypatch, 0.25)
-    np.testing.assert_allclose(np.diff(found), 0.0625)
+def test_steps_do_not_grow_while_slip_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    road = Road(longest=0.0625, rough=(0.0, 0.1), change=lambda _, __: 0.3)
+    np.testing.assert_allclose(np.diff(walk(road, monkeypatch, 0.25)), 0.0625)
+
+
+def test_a_step_across_a_kink_of_slip_is_gone_again_in_shorter_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    kink = 0.3
+    road = Road(change=lambda begin, end: 1.0 if begin < kink <= end else 0.0)
+    found = walk(road, monkeypatch, 0.25)
+    # Down to a sixteenth of the longest step, in quarters, with what the longer step found as a guess.
+    assert road.tried[1:4] == [(0.25, 0.5), (0.25, 0.3125), (0.25, 0.265625)]
+    assert [guess is None for guess in road.guesses[:4]] == [True, True, False, False]
+    across = next(i for i, place in enumerate(found) if place >= kink)
+    assert found[across] - found[across - 1] == pytest.approx(FINEST * 0.25)
+    # The whole steps are met again.
+    assert {0.25, 0.5, 0.75, 1.0} <= set(found)
 
 
 def test_gives_up_at_the_shortest_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,7 +112,7 @@ def test_gives_up_at_the_shortest_step(monkeypatch: pytest.MonkeyPatch) -> None:
         walk(road, monkeypatch, 0.5)
     begin, end = road.tried[-1]
     assert begin == 0.5
-    assert 0.5 * SMALLEST_STEP <= end - begin < 2.0 * 0.5 * SMALLEST_STEP
+    assert 0.5 * SMALLEST <= end - begin < 2.0 * 0.5 * SMALLEST
     failure = caught.value.report
     assert isinstance(failure, Failure)
     assert failure.progress == 0.5
