@@ -70,7 +70,7 @@ class Pair:
     @property
     def pull(self) -> FloatArray:
         """Force (3,) that holds the upper rod [E r^2]."""
-        return self.state.reaction[self.first :, :3].sum(axis=0)
+        return np.asarray(self.state.reaction[self.first :, :3].sum(axis=0))
 
     @property
     def couples(self) -> FloatArray:
