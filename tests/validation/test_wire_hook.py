@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_bvp
 
+from knitlab_core.contact.law import make_law, pair_potential
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
@@ -119,4 +121,59 @@ def test_yarn_slips_around_a_wire(bar: Callable[..., None], mu: float) -> None:
         limit=0.02,
         unit="1",
         source="Euler 1769; balance of forces",
+    )
+
+
+def pressures(mu: float, distances: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the force on a length of yarn across a straight wire, and mu times the sum of pair forces [E r]."""
+    law = make_law(0.37, mu)
+    z = np.linspace(-1.0, 1.0, 1001)
+    apart = np.hypot(distances[:, None], z)
+    slope = np.array([pair_potential(law.distance - d, law)[1] if d < law.reach else 0.0 for d in apart.ravel()])
+    slope = slope.reshape(apart.shape)
+    along = np.trapezoid(slope * distances[:, None] / apart, z, axis=1)
+    return np.asarray(along), mu * np.asarray(np.trapezoid(slope, z, axis=1))
+
+
+def string_round_a_wire(mu: float) -> float:
+    """Return T2 / T1 of a string without stiffness, its place and force (x, y, Fx, Fy) by a boundary-value problem.
+
+    With no moment, shear is the couple of friction, mu n d / 2: the string points that far off its force.
+    """
+    distances = np.linspace(1.9, 2.05, 301)
+    press, rub = pressures(mu, distances)
+
+    def slope(_: FloatArray, state: FloatArray) -> FloatArray:
+        x, y, fx, fy = state
+        d, force = np.hypot(x, y), np.hypot(fx, fy)
+        n, f = (np.interp(d, distances, values, right=0.0) for values in (press, rub))
+        sine = np.clip(0.5 * f * d / force, -0.9, 0.9)
+        cosine = np.sqrt(1.0 - sine**2)
+        tx, ty = (cosine * fx + sine * fy) / force, (cosine * fy - sine * fx) / force
+        ex, ey = x / d, y / d
+        turn = np.sign(tx * ey - ty * ex)  # clockwise about the wire
+        return np.array([tx, ty, -n * ex + f * turn * ey, -n * ey - f * turn * ex])
+
+    def ends(start: FloatArray, end: FloatArray) -> FloatArray:
+        return np.array([start[2] / TENSION, start[3] / TENSION - 1.0, start[1] + LEG, end[2] / TENSION])
+
+    half = 0.5 * np.pi * APART
+    s = np.linspace(-half - LEG, half + LEG, 1201)
+    angle = np.clip(s, -half, half) / APART
+    x, y = APART * np.sin(angle), APART * np.cos(angle) - np.maximum(np.abs(s) - half, 0.0)
+    tension = TENSION * np.exp(mu / 2.0 * (angle + np.pi / 2.0))
+    guess = np.array([x, y, tension * np.cos(angle), -tension * np.sin(angle)])
+    found = solve_bvp(slope, ends, s, guess, tol=1e-5, max_nodes=60000)
+    assert found.success, found.message
+    return float(-found.y[3, -1] / TENSION)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+def test_yarn_slips_as_a_string_with_the_same_contact_law(bar: Callable[..., None], mu: float) -> None:
+    bar(
+        f"yarn hung over a wire as thick, mu = {mu}: T2 / T1 against a string with the same law of contact",
+        figure=pulled(mu) / string_round_a_wire(mu) - 1.0,
+        limit=0.005,
+        unit="1",
+        source="boundary-value problem (SciPy), no rods, no nodes",
     )
