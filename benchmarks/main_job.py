@@ -44,13 +44,22 @@ def first_cycle() -> tuple[Rig, list[Equilibrium]]:
     return stage, rows
 
 
-def stiffness() -> tuple[Pattern, FloatArray]:
-    """Return pattern and blocks of the free stiffness on the way up at 33 % strain."""
+def at_strain(strain: float) -> tuple[Rig, FloatArray]:
+    """Pull the main job up to a strain; return the rig there, and its samples (N m, 3) one equilibrium before [r]."""
     loaded = load(PROTOCOL)
     stage, state = mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
+    before = stage.work.placed.points.copy()
     for event in perform(stage, state, loaded.protocol):
-        if isinstance(event, Equilibrium) and event.displacement["C"] >= 0.33 * stage.gauges["C"]:
-            break
+        if isinstance(event, Equilibrium):
+            if event.displacement["C"] >= strain * stage.gauges["C"]:
+                break
+            before = stage.work.placed.points.copy()
+    return stage, before
+
+
+def stiffness() -> tuple[Pattern, FloatArray]:
+    """Return pattern and blocks of the free stiffness on the way up at 33 % strain."""
+    stage, _ = at_strain(0.33)
     return stage.work.pattern, stage.work.blocks
 
 
