@@ -79,7 +79,7 @@ class State:
         Stretching, bending, twisting and contact energy [E r^3].
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
-    history : (M, N, 4) array or None
+    history : (M, N, 5) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
     viscous_work, fracture_work, snap_work : float
         Work lost by relaxing, and energy set free by fibres that broke and by snaps, since the start [E r^3].
