@@ -17,7 +17,7 @@ import numpy as np
 from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
-from knitlab_core.rods.rod import Rods, span_chord, span_length
+from knitlab_core.rods.rod import Rods, eased, span_chord, span_length
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
 
 NOTHING = (0.0, 0.0, 0.0)
@@ -54,7 +54,8 @@ def rod_energy(q: FloatArray, rods: Rods, frames: Frames) -> tuple[float, float,
         if rods.is_inner[i]:
             _, chord = span_chord(te, le, tf, lf)
             axial = span_length(chord, le, lf) / rods.span[i] - 1.0 - rods.rest_stretch[i, 0]
-            uneven = le / rods.rest_length[i - 1] - lf / rods.rest_length[i] - rods.rest_stretch[i, 1]
+            root, _ = eased(i, dot(te, tf), rods)
+            uneven = root * (le / rods.rest_length[i - 1] - lf / rods.rest_length[i]) - rods.rest_stretch[i, 1]
             square = rods.span[i] * axial * axial + rods.evenness[i] * uneven * uneven
             stretch += 0.5 * rods.stretch_stiffness[i] * square
             kb = curvature_binormal(te, tf)
@@ -112,10 +113,13 @@ def rod_gradient(q: FloatArray, rods: Rods, frames: Frames, gradient: FloatArray
             ea = rods.stretch_stiffness[i]
             rest_e, rest_f = rods.rest_length[i - 1], rods.rest_length[i]
             axial = ea * (span_length(chord, le, lf) / rods.span[i] - 1.0 - rods.rest_stretch[i, 0])
-            uneven = ea * rods.evenness[i] * (le / rest_e - lf / rest_f - rods.rest_stretch[i, 1])
-
             w = cross(te, tf)
             cosine = dot(te, tf)
+            root, slope = eased(i, cosine, rods)
+            difference = le / rest_e - lf / rest_f
+            uneven = root * ea * rods.evenness[i] * (root * difference - rods.rest_stretch[i, 1])
+            opening = 0.5 * slope * difference * uneven
+
             chi = 2.0 + cosine
             kb = scale(3.0 / chi, w)
             k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
@@ -130,6 +134,8 @@ def rod_gradient(q: FloatArray, rods: Rods, frames: Frames, gradient: FloatArray
             ct = c3 / (1.0 + cosine)
             de = add(combine(1.0, de, ct / le, w), combine(axial / 6.0 + uneven / rest_e, te, axial / 3.0, ts))
             df = add(combine(1.0, df, ct / lf, w), combine(axial / 6.0 - uneven / rest_f, tf, axial / 3.0, ts))
+            de = combine(1.0, de, opening / le, combine(1.0, tf, -cosine, te))
+            df = combine(1.0, df, opening / lf, combine(1.0, te, -cosine, tf))
             _add(gradient, i - 1, -1.0, de)
             _add(gradient, i, 1.0, combine(1.0, de, -1.0, df))
             _add(gradient, i + 1, 1.0, df)

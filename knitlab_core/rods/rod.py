@@ -5,6 +5,7 @@ position and the angle of the edge that leaves it. The last node of a rod has no
 edge; its angle is a dummy that stays fixed.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from knitlab_core.rods.frames import (
     material_curvature,
     material_directors,
 )
-from knitlab_core.rods.vectors import Vector, combine, norm, row
+from knitlab_core.rods.vectors import Vector, combine, dot, norm, row
 
 
 class Rods(NamedTuple):
@@ -32,7 +33,8 @@ class Rods(NamedTuple):
     `span`: (N,) length of every span of the spline; `stretched`: (N,) length that the
     axial strain at a node is measured over: its span, or half the edge of a node where a
     rod ends; `evenness`: (N,) length that weighs the unevenness of a span in the energy
-    as `stretched` does its axial strain; `stretch_stiffness`: (N,) EA per node; `bend_stiffness`, `twist_stiffness`:
+    as `stretched` does its axial strain; `easing`: (N,) how fast that weight falls as the
+    span bends, EA span^2 / EI; `stretch_stiffness`: (N,) EA per node; `bend_stiffness`, `twist_stiffness`:
     (N,) EI and GJ per inner node. What every node is at rest at: `rest_stretch`: (N, 2)
     axial strain and unevenness, none as made; `rest_curvature`: (N, 2); `rest_twist`: (N,).
     """
@@ -43,6 +45,7 @@ class Rods(NamedTuple):
     span: FloatArray
     stretched: FloatArray
     evenness: FloatArray
+    easing: FloatArray
     stretch_stiffness: FloatArray
     bend_stiffness: FloatArray
     twist_stiffness: FloatArray
@@ -108,6 +111,7 @@ def make_rods(
         span=span,
         stretched=stretched_lengths(has_edge, inner, rest_length, span),
         evenness=evenness,
+        easing=area * span**2 / inertia,
         stretch_stiffness=np.full(n, area),
         bend_stiffness=np.where(inner, inertia, 0.0),
         twist_stiffness=np.where(inner, inertia / (1.0 + poisson_ratio), 0.0),
@@ -148,6 +152,17 @@ def span_length(chord: float, le: float, lf: float) -> float:
     return chord / 3.0 + (le + lf) / 6.0
 
 
+@inline_kernel
+def eased(i: int, cosine: float, rods: Rods) -> tuple[float, float]:
+    """Return the root sqrt(W) by which bending eases the unevenness of span i, and W easing.
+
+    W = 1 / (1 + easing (1 - te . tf)). Edges of a bent yarn differ in length where its curvature changes, by
+    phi^2 / 12; to forbid that at the price of EA would lock the bending of slender rods.
+    """
+    w = 1.0 / (1.0 + rods.easing[i] * (1.0 - cosine))
+    return sqrt(w), w * rods.easing[i]
+
+
 @kernel
 def measure_spans(is_inner: BoolArray, frames: Frames, span: FloatArray) -> None:
     """Fill the lengths (N,) of the spans of a configuration [r]."""
@@ -162,8 +177,8 @@ def measure_spans(is_inner: BoolArray, frames: Frames, span: FloatArray) -> None
 def measure_stretch(rods: Rods, frames: Frames, stretch: FloatArray) -> None:
     """Fill axial strain and unevenness (N, 2) of a configuration.
 
-    The unevenness of a span is the strain of its first edge less that of its second. Without it nodes could slide
-    along the yarn, every other one to and fro, while all spans keep their lengths.
+    The unevenness of a span is the strain of its first edge less that of its second, eased as the span bends.
+    Without it nodes could slide along the yarn, every other one to and fro, while all spans keep their lengths.
     """
     for i in range(rods.has_edge.shape[0]):
         if not rods.has_edge[i]:
@@ -172,9 +187,11 @@ def measure_stretch(rods: Rods, frames: Frames, stretch: FloatArray) -> None:
         along = lf / rods.rest_length[i]
         if rods.is_inner[i]:
             le = frames.length[i - 1]
-            _, chord = span_chord(row(frames.tangent, i - 1), le, row(frames.tangent, i), lf)
+            te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
+            _, chord = span_chord(te, le, tf, lf)
+            root, _ = eased(i, dot(te, tf), rods)
             stretch[i, 0] = span_length(chord, le, lf) / rods.span[i] - 1.0
-            stretch[i, 1] = le / rods.rest_length[i - 1] - along
+            stretch[i, 1] = root * (le / rods.rest_length[i - 1] - along)
         else:
             stretch[i, 0] = along - 1.0
         if not rods.is_inner[i + 1]:

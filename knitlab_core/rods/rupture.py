@@ -39,10 +39,25 @@ def axial_strain(q: FloatArray, rods: Rods, frames: Frames) -> FloatArray:
 
 def _stretched(strain: FloatArray, rods: Rods) -> FloatArray:
     """Return the axial strain of every edge (N,) [1]: the mean of its halves, which belong to the nodes at its ends."""
+    first, second = _halves(strain, rods)
+    return np.asarray(np.where(rods.has_edge, 0.5 * (second + np.append(first[1:], 0.0)), 0.0))
+
+
+def _halves(strain: FloatArray, rods: Rods) -> tuple[FloatArray, FloatArray]:
+    """Return the axial strains (..., N) of the halves of every span, before its node and after it [1]."""
     before = np.append(0.0, rods.rest_length[:-1])
     share = np.where(rods.is_inner, before / np.maximum(before + rods.rest_length, np.finfo(float).tiny), 0.0)
-    left, right = strain[:, 0] - share * strain[:, 4], strain[:, 0] + (1.0 - share) * strain[:, 4]
-    return np.asarray(np.where(rods.has_edge, 0.5 * (left + np.append(right[1:], 0.0)), 0.0))
+    axial, uneven = strain[..., 0], strain[..., 4]
+    return axial + (1.0 - share) * uneven, axial - share * uneven
+
+
+def cut_history(history: FloatArray, rods: Rods, edge: int) -> FloatArray:
+    """Return the history (M, N, 5) of rods that relax after a cut: new ends remember what their half edges do."""
+    first, second = _halves(history, rods)
+    cut = history.copy()
+    cut[:, edge : edge + 2] = 0.0
+    cut[:, edge, 0], cut[:, edge + 1, 0] = first[:, edge], second[:, edge + 1]
+    return cut
 
 
 def bending_strain(q: FloatArray, rods: Rods, frames: Frames, radius: float = 1.0) -> FloatArray:

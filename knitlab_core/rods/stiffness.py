@@ -14,7 +14,7 @@ from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import NOTHING, curvature_slopes, end_tension
 from knitlab_core.rods.frames import Frames, material_curvature, material_directors
-from knitlab_core.rods.rod import Rods, span_chord, span_length
+from knitlab_core.rods.rod import Rods, eased, span_chord, span_length
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
 
 Triad = tuple[Vector, Vector, Vector]
@@ -101,16 +101,27 @@ def _add_span(
     ea, rest = rods.stretch_stiffness[i], rods.span[i]
     re, rf = 1.0 / rods.rest_length[i - 1], 1.0 / rods.rest_length[i]
     axial = ea * (span_length(chord, le, lf) / rest - 1.0 - rods.rest_stretch[i, 0])
-    slide = ea * rods.evenness[i]
-    uneven = slide * (le * re - lf * rf - rods.rest_stretch[i, 1])
+    w = cross(te, tf)
+    cosine = dot(te, tf)
+    root, slope = eased(i, cosine, rods)
+    difference = le * re - lf * rf
+    uneven = root * ea * rods.evenness[i] * (root * difference - rods.rest_stretch[i, 1])
     across_e = _geometric(axial / 6.0 + uneven * re, exact) * ie
     across_f = _geometric(axial / 6.0 - uneven * rf, exact) * jf
     across_s = _geometric(axial / 3.0, exact) / chord
     ue = combine(1.0 / 6.0, te, 1.0 / 3.0, ts)
     uf = combine(1.0 / 6.0, tf, 1.0 / 3.0, ts)
 
-    w = cross(te, tf)
-    cosine = dot(te, tf)
+    # The unevenness changes with the edges' lengths and with the cosine between them, whose slopes are oe and of.
+    slide = root * root * ea * rods.evenness[i]
+    turned = 0.5 * slope * difference
+    opening = exact * uneven * turned
+    oe, of = scale(ie, combine(1.0, tf, -cosine, te)), scale(jf, combine(1.0, te, -cosine, tf))
+    mixed = slide * turned + 0.5 * exact * uneven * slope
+    square = slide * turned * turned + 1.5 * opening * slope
+    oxe, oxf = mixed * re - opening * ie, -mixed * rf - opening * jf
+    oye, oyf = combine(oxe, te, square, oe), combine(oxf, tf, square, of)
+
     chi = 2.0 + cosine
     kb = scale(3.0 / chi, w)
     k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
@@ -153,12 +164,13 @@ def _add_span(
     wm = combine(ef * gww, w, -ef * ct, tt)
     turn = scale(ef, combine(1.5 / chi, gs, -ct, te))
 
-    ce2, cf2, cef = 2.0 * kc * ie * ie, 2.0 * kc * jf * jf, kc * ef
-    iso_e, iso_f, iso_m = across_e + across_s - ce2, across_f + across_s - cf2, across_s - cef
+    oc = opening * cosine
+    ce2, cf2 = (2.0 * kc + oc) * ie * ie, (2.0 * kc + oc) * jf * jf
+    iso_e, iso_f, iso_m = across_e + across_s - ce2, across_f + across_s - cf2, across_s + (opening - kc) * ef
     ka = ea / rest
-    xe = combine(ka / 6.0, ue, slide * re * re - across_e + ce2, te)
-    xf = combine(ka / 6.0, uf, slide * rf * rf - across_f + cf2, tf)
-    xm = combine(ka / 6.0, ue, -slide * re * rf - 2.0 * cef, te)
+    xe = add(combine(ka / 6.0, ue, slide * re * re - across_e + ce2, te), scale(oxe, oe))
+    xf = add(combine(ka / 6.0, uf, slide * rf * rf - across_f + cf2, tf), scale(oxf, of))
+    xm = add(combine(ka / 6.0, ue, -slide * re * rf - (2.0 * kc + oc) * ef, te), scale(oxf, oe))
     ye = combine(ka / 3.0, ue, -across_s, ts)
     yf = combine(ka / 3.0, uf, -across_s, ts)
     sae, sbe = scale(eb, ae), scale(eb, be)
@@ -180,7 +192,7 @@ def _add_span(
         x, y = (r + 1) % 3, (r + 2) % 3
         for c in range(3):
             # Rows of f and columns of e; its transpose is the other.
-            hfe = saf[r] * ae[c] + sbf[r] * be[c] + tf[r] * xm[c] + ts[r] * ye[c]
+            hfe = saf[r] * ae[c] + sbf[r] * be[c] + tf[r] * xm[c] + of[r] * oye[c] + ts[r] * ye[c]
             hfe += wm[r] * w[c] - cf[r] * de[c] - df[r] * ce[c]
             if r == c:
                 hfe += iso_m
@@ -195,9 +207,9 @@ def _add_span(
             blocks[bn, r, c] += hfe
             blocks[b2, r, c] -= hfe
         for c in range(r + 1):
-            hee = sae[r] * ae[c] + sbe[r] * be[c] + te[r] * xe[c] + ts[r] * ye[c]
+            hee = sae[r] * ae[c] + sbe[r] * be[c] + te[r] * xe[c] + oe[r] * oye[c] + ts[r] * ye[c]
             hee += w[r] * we[c] + we[r] * w[c] - ce[r] * de[c] - de[r] * ce[c]
-            hff = saf[r] * af[c] + sbf[r] * bf[c] + tf[r] * xf[c] + ts[r] * yf[c]
+            hff = saf[r] * af[c] + sbf[r] * bf[c] + tf[r] * xf[c] + of[r] * oyf[c] + ts[r] * yf[c]
             hff += w[r] * wf[c] + wf[r] * w[c] - cf[r] * df[c] - df[r] * cf[c]
             if r == c:
                 hee += iso_e
