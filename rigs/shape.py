@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitlab_core.rods.rod import edges_of
+from knitlab_core.rods.rupture import axial_strain as stretched_along
 from knitlab_core.rods.rupture import bending_strain as bent_along
 
 if TYPE_CHECKING:
@@ -17,11 +18,9 @@ if TYPE_CHECKING:
 
 def axial_strain(rig: Rig, state: State) -> FloatArray:
     """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
-    rods, yarn = rig.work.model.rods, len(rig.specimen.nodes)
-    edges: FloatArray = np.linalg.norm(np.diff(state.q[:yarn, :3], axis=0), axis=1)
-    edges = np.where(rods.has_edge[: yarn - 1], edges, np.nan)
-    made = edges_of(rig.strands)[:-1]
-    return edges[made] / rods.rest_length[: yarn - 1][made] - 1.0
+    rods = rig.work.model.rods
+    along = np.where(rods.has_edge, stretched_along(state.q, rods, state.frames), np.nan)
+    return along[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
 
 
 def bending_strain(rig: Rig, state: State) -> FloatArray:

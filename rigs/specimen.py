@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 
 MAX_STITCHES: Final = 10_000
 
+MeshName: TypeAlias = Literal["draft", "default", "fine"]
+
+MESHES: Final[Mapping[MeshName, int]] = {"draft": 32, "default": 48, "fine": 96}
+"""Nodes per loop that have a name; peak forces at 40 % err by at most 3, 1 and 0.3 % (decision 0018)."""
+
 RestShape: TypeAlias = Literal["as-printed", "straight"]
 Rupture: TypeAlias = Literal["off", "stop", "go on"]
 
@@ -80,7 +85,7 @@ class SpecimenSpec:
     material: str | Material
     layers: int = 1
     friction: float = DEFAULT_FRICTION.value
-    nodes_per_loop: int = 48
+    nodes_per_loop: int = MESHES["default"]
     rest_shape: RestShape = "as-printed"
     yarn: Yarn | None = None
     fused: BondLaw | None = None

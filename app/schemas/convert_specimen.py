@@ -13,7 +13,7 @@ from knitlab_core.contact.bonds import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area
 from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named
-from rigs.specimen import NAMED_KNITS, SpecimenSpec
+from rigs.specimen import MESHES, NAMED_KNITS, SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,7 +57,7 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
             loop_width=model.loop,
             material=material if model.material in own else model.material,
             friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
-            nodes_per_loop=model.nodes_per_loop,
+            nodes_per_loop=_nodes_per_loop(model),
             rest_shape=model.rest_shape,
             yarn=None if model.yarn is None or stitch is None else _yarn(model.yarn, stitch.fibre_radius, model.loop),
             fused=fused,
@@ -68,6 +68,15 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
             allowed = "[rows, loops in a row, layers]" if not layers else "[rows, loops in a row] of a planar knit"
             raise SpecificationError("loops", model.loops, allowed)
     return spec
+
+
+def _nodes_per_loop(model: SpecimenModel) -> int:
+    """Return how finely a yarn is divided: by name or by number, not by both."""
+    if model.nodes_per_loop is None:
+        return MESHES["default" if model.mesh is None else model.mesh]
+    if model.mesh is not None:
+        raise SpecificationError("mesh", f"{model.mesh} and nodes_per_loop", "one of the two")
+    return model.nodes_per_loop
 
 
 def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.values import Length, StitchValue, Strain, Stress, Switch
 from app.units import allowed
 from rigs.fixtures import Hook
-from rigs.specimen import RestShape, Rupture
+from rigs.specimen import MeshName, RestShape, Rupture
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
 _STITCH = Field(description=_LENGTH)
@@ -112,7 +112,8 @@ class SpecimenModel(Model):
     pole_friction: float | None = Field(
         default=None, description="a coefficient of friction between hooks and their poles, such as 0.05"
     )
-    nodes_per_loop: int = Field(default=48, description="a whole number, such as 48")
+    mesh: MeshName | None = Field(default=None, description="draft, default or fine")
+    nodes_per_loop: int | None = Field(default=None, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
     yarn: YarnModel | None = Field(
         default=None, description="a mapping that makes the yarn of fibres, such as {fibres: 3}"

@@ -82,8 +82,8 @@ class State:
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
     slip_change : float
-        How much slip changed its course in the step that led here [1]; see `friction.slip_change`.
-    history : (M, N, 4) array or None
+        How much slip changed its rate in the step that led here [1]; see `friction.slip_change`.
+    history : (M, N, 5) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
     viscous_work, fracture_work, snap_work : float
         Work lost by relaxing, and energy set free by fibres that broke and by snaps, since the start [E r^3].
@@ -104,7 +104,6 @@ class State:
     friction_work: float
     response: FloatArray | None = None
     slip_change: float = 0.0
-    ahead: FloatArray | None = None
     history: FloatArray | None = None
     viscous_work: float = 0.0
     fracture_work: float = 0.0

@@ -22,7 +22,7 @@ from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.snapping import kept
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.rod import Rods
-from knitlab_core.rods.rupture import cut_rods, fibre_strain
+from knitlab_core.rods.rupture import cut_history, cut_rods, fibre_strain
 
 OVERSHOOT = 1e-4
 """How far beyond the limit a fibre is taken when it breaks, relative to the limit."""
@@ -196,7 +196,12 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
 
 
 def _torn(model: Model, state: State, edge: int) -> State:
-    """Take away the fused points at the two nodes where a fibre breaks; their energy is set free with its own."""
+    """Take away the fused points at the two nodes where a fibre breaks; their energy is set free with its own.
+
+    What relaxes remembers strains of spans; the two nodes keep those of half edges.
+    """
+    if state.history is not None:
+        state = replace(state, history=cut_history(state.history, model.rods, edge))
     if model.bonds is None:
         return state
     at = [edge, edge + 1]

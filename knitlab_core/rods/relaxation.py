@@ -1,6 +1,6 @@
 """Linear viscoelasticity of rod strains: a Prony series with one inner strain per term.
 
-Every strain e of a rod (axial, two curvatures, twist, each measured from rest) has the stress of the
+Every strain e of a rod (axial, two curvatures, twist, unevenness, each measured from rest) has the stress of the
 hereditary integral over E(t) = E [1 - Σ g (1 - exp(-t/τ))]. With h = ∫ exp(-(t - s)/τ) de(s) per term,
 
     stress = C [g_inf e + Σ g h],   g_inf = 1 - Σ g.
@@ -21,7 +21,10 @@ import numpy as np
 from knitlab_core.arrays import FloatArray
 from knitlab_core.materials import Material
 from knitlab_core.rods.frames import Frames
-from knitlab_core.rods.rod import Rods, measure_strains
+from knitlab_core.rods.rod import Rods, measure_strains, measure_stretch
+
+STRAINS = 5
+"""Strains of a span: axial, two curvatures, twist, unevenness."""
 
 FIRST_STEP = 0.1
 """First step of a hold, in shortest relaxation times."""
@@ -52,8 +55,8 @@ class Relaxation(NamedTuple):
         return 1.0 - float(self.shares.sum())
 
     def unstrained(self, nodes: int) -> FloatArray:
-        """Return the history (M, N, 4) of rods whose strains, if any, are so old that they have relaxed."""
-        return np.zeros((self.shares.size, nodes, 4))
+        """Return the history (M, N, 5) of rods whose strains, if any, are so old that they have relaxed."""
+        return np.zeros((self.shares.size, nodes, STRAINS))
 
 
 def rod_strains(q: FloatArray, rods: Rods, frames: Frames) -> FloatArray:
@@ -70,15 +73,16 @@ def rod_strains(q: FloatArray, rods: Rods, frames: Frames) -> FloatArray:
 
     Returns
     -------
-    (N, 4) array
-        Axial strain of the edge that leaves a node [1]; both curvatures and the twist at an inner node,
-        integrated over its span [1]. Zero where there is none.
+    (N, 5) array
+        Axial strain of the span of an inner node, or of the half edge at a rod's end [1]; both curvatures and the
+        twist of a span, integrated over it [1]; its unevenness [1]. Zero where there is none.
     """
-    curvature, twist = np.zeros((len(q), 2)), np.zeros(len(q))
+    stretch, curvature, twist = np.zeros((len(q), 2)), np.zeros((len(q), 2)), np.zeros(len(q))
+    measure_stretch(rods, frames, stretch)
     measure_strains(q, rods.is_inner, frames, curvature, twist)
-    strain = np.zeros((len(q), 4))
-    edge, inner = rods.has_edge, rods.is_inner
-    strain[edge, 0] = frames.length[edge] / rods.rest_length[edge] - 1.0
+    strain = np.zeros((len(q), STRAINS))
+    inner = rods.is_inner
+    strain[:, [0, 4]] = stretch - rods.rest_stretch
     strain[inner, 1:3] = curvature[inner] - rods.rest_curvature[inner]
     strain[inner, 3] = twist[inner] - rods.rest_twist[inner]
     return strain
@@ -93,9 +97,9 @@ def relaxed_rods(rods: Rods, relaxation: Relaxation, strain: FloatArray, history
         The rods at once, with their own rest shape.
     relaxation : Relaxation
         How they relax.
-    strain : (N, 4) array
+    strain : (N, 5) array
         Strains where the step begins.
-    history : (M, N, 4) array
+    history : (M, N, 5) array
         Inner strains h there.
     duration : float
         Of the step [s]; 0 for a sudden one.
@@ -110,13 +114,11 @@ def relaxed_rods(rods: Rods, relaxation: Relaxation, strain: FloatArray, history
     # Sum over terms of g (γ e - β h).
     moved = np.tensordot(relaxation.shares * gain, np.broadcast_to(strain, history.shape), 1)
     moved = (moved - np.tensordot(relaxation.shares * decay, history, 1)) / share
-    # An edge of rest length (1 + s) L and stiffness k EA (1 + s) has the force k EA (e - s) and its energy.
-    stretch = 1.0 + moved[:, 0]
     return rods._replace(
-        rest_length=rods.rest_length * stretch,
-        stretch_stiffness=rods.stretch_stiffness * share * stretch,
+        stretch_stiffness=rods.stretch_stiffness * share,
         bend_stiffness=rods.bend_stiffness * share,
         twist_stiffness=rods.twist_stiffness * share,
+        rest_stretch=rods.rest_stretch + moved[:, [0, 4]],
         rest_curvature=rods.rest_curvature + moved[:, 1:3],
         rest_twist=rods.rest_twist + moved[:, 3],
     )
@@ -125,7 +127,7 @@ def relaxed_rods(rods: Rods, relaxation: Relaxation, strain: FloatArray, history
 def remember(
     relaxation: Relaxation, history: FloatArray, before: FloatArray, after: FloatArray, duration: float
 ) -> FloatArray:
-    """Return the history (M, N, 4) after a step from strains `before` to strains `after` (N, 4)."""
+    """Return the history (M, N, 5) after a step from strains `before` to strains `after` (N, 5)."""
     decay, gain = _decay_and_gain(relaxation, duration)
     return np.asarray(decay[:, None, None] * history + gain[:, None, None] * (after - before))
 
@@ -134,7 +136,7 @@ def stored_energy(rods: Rods, relaxation: Relaxation, strain: FloatArray, histor
     """Return the energy ½ C (g_inf e² + Σ g h²) that stretching, bending and twisting store (3,) [E r^3]."""
     square = relaxation.lasting * strain**2 + np.tensordot(relaxation.shares, history**2, 1)
     part = 0.5 * (_moduli(rods) * square).sum(axis=0)
-    return np.array([part[0], part[1] + part[2], part[3]])
+    return np.array([part[0] + part[4], part[1] + part[2], part[3]])
 
 
 def viscous_work(
@@ -151,9 +153,9 @@ def viscous_work(
     ----------
     rods, relaxation
         The rods at once, and how they relax.
-    history : (M, N, 4) array
+    history : (M, N, 5) array
         Inner strains h where the step begins.
-    before, after : (N, 4) arrays
+    before, after : (N, 5) arrays
         Strains where it begins and ends; they run linearly in time between.
     duration : float
         Of the step [s].
@@ -206,10 +208,11 @@ def _mean_decay(x: FloatArray) -> FloatArray:
 
 
 def _moduli(rods: Rods) -> FloatArray:
-    """Return the weights (N, 4) of the squared strains in twice the energy [E r^3]."""
-    weights = np.zeros((rods.span.size, 4))
+    """Return the weights (N, 5) of the squared strains in twice the energy [E r^3]."""
+    weights = np.zeros((rods.span.size, STRAINS))
     inner = rods.is_inner
-    weights[:, 0] = rods.stretch_stiffness * rods.rest_length
+    weights[:, 0] = rods.stretch_stiffness * rods.stretched
     weights[inner, 1] = weights[inner, 2] = rods.bend_stiffness[inner] / rods.span[inner]
     weights[inner, 3] = rods.twist_stiffness[inner] / rods.span[inner]
+    weights[:, 4] = rods.stretch_stiffness * rods.evenness
     return weights

@@ -57,6 +57,7 @@ def yarn_section(yarn: Yarn) -> Section:
 def with_section(rods: Rods, section: Section) -> Rods:
     """Return solid round rods of unit radius with the stiffness of a section instead."""
     return rods._replace(
+        easing=section.area / section.bend * rods.easing,
         stretch_stiffness=section.area * rods.stretch_stiffness,
         bend_stiffness=section.bend * rods.bend_stiffness,
         twist_stiffness=section.twist * rods.twist_stiffness,

@@ -1,39 +1,24 @@
 """Hessian of the rods' energy, as 4 x 4 node blocks.
 
-Second derivatives of curvature and twist after Bergou et al. 2010 (appendix),
-written for one director that stands for both curvature components: with
-c = dE/dkappa, c1 kappa1 + c2 kappa2 = kb . (ge + gf) / 2 with g = c1 m2 - c2 m1.
+Second derivatives of curvature and twist after Bergou et al. 2010 (appendix), for the
+smooth curvature kb = 3 te x tf / (2 + te . tf) and written for one director that stands for
+both of its components: with c = dE/dkappa, c1 kappa1 + c2 kappa2 = kb . (ge + gf) / 2 with
+g = c1 m2 - c2 m1. All is written in the two edges e and f of a span; products of like
+vectors are collected, so that every block of two edges is a few outer products.
 """
 
 import numpy as np
 
-from knitlab_core.arrays import FloatArray, IndexArray
+from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.blocks import Pattern
-from knitlab_core.rods.energies import curvature_slopes
-from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
-from knitlab_core.rods.rod import Rods
-from knitlab_core.rods.vectors import add, combine, cross, dot, row, scale
+from knitlab_core.rods.energies import NOTHING, curvature_slopes, end_tension
+from knitlab_core.rods.frames import Frames, material_curvature, material_directors
+from knitlab_core.rods.rod import Rods, eased, span_chord, span_length
+from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
 
-
-@inline_kernel
-def _add_stretch(
-    i: int, rods: Rods, frames: Frames, exact: float, blocks: FloatArray, diagonal: IndexArray, below: IndexArray
-) -> None:
-    t = row(frames.tangent, i)
-    length, rest = frames.length[i], rods.rest_length[i]
-    axial = rods.stretch_stiffness[i] / rest
-    force = rods.stretch_stiffness[i] * (length / rest - 1.0)
-    # The geometric part is positive under tension only.
-    across = (max(force, 0.0) + exact * min(force, 0.0)) / length
-    for r in range(3):
-        for c in range(3):
-            h = (axial - across) * t[r] * t[c]
-            if r == c:
-                h += across
-            blocks[diagonal[i], r, c] += h
-            blocks[diagonal[i + 1], r, c] += h
-            blocks[below[i + 1], r, c] -= h
+Triad = tuple[Vector, Vector, Vector]
+"""Tangent and material directors of an edge."""
 
 
 @kernel
@@ -56,34 +41,90 @@ def rod_hessian(q: FloatArray, rods: Rods, frames: Frames, exact: float, pattern
     blocks : (B, 4, 4) array
         Block (i, j), i >= j, has rows of node i and columns of node j.
     """
-    diagonal, below, below2 = pattern.diagonal, pattern.below, pattern.below2
+    e = (NOTHING, NOTHING, NOTHING)
     for i in range(q.shape[0]):
-        if rods.has_edge[i]:
-            _add_stretch(i, rods, frames, exact, blocks, diagonal, below)
+        if not rods.has_edge[i]:
+            continue
+        t = row(frames.tangent, i)
+        m1, m2 = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        f = (t, m1, m2)
         if rods.is_inner[i]:
-            _add_bend_twist(i, q, rods, frames, exact, blocks, diagonal, below, below2)
+            _add_span(i, q, rods, frames, exact, e, f, pattern, blocks)
+        for end in (i, i + 1):
+            if not rods.is_inner[end]:
+                _add_end(i, end, t, rods, frames, exact, pattern, blocks)
+        e = f
 
 
 @inline_kernel
-def _add_bend_twist(
+def _geometric(force: float, exact: float) -> float:
+    """Return the weight of a tension's geometric part, which is positive under tension only."""
+    return max(force, 0.0) + exact * min(force, 0.0)
+
+
+@inline_kernel
+def _add_end(
+    i: int, end: int, t: Vector, rods: Rods, frames: Frames, exact: float, pattern: Pattern, blocks: FloatArray
+) -> None:
+    length = frames.length[i]
+    tension, axial = end_tension(i, end, length, rods)
+    across = _geometric(tension, exact) / length
+    for r in range(3):
+        for c in range(3):
+            h = (axial - across) * t[r] * t[c]
+            if r == c:
+                h += across
+            blocks[pattern.diagonal[i], r, c] += h
+            blocks[pattern.diagonal[i + 1], r, c] += h
+            blocks[pattern.below[i + 1], r, c] -= h
+
+
+@inline_kernel
+def _add_span(
     i: int,
     q: FloatArray,
     rods: Rods,
     frames: Frames,
     exact: float,
+    edge_e: Triad,
+    edge_f: Triad,
+    pattern: Pattern,
     blocks: FloatArray,
-    diagonal: IndexArray,
-    below: IndexArray,
-    below2: IndexArray,
 ) -> None:
-    te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
+    te, m1e, m2e = edge_e
+    tf, m1f, m2f = edge_f
     le, lf = frames.length[i - 1], frames.length[i]
-    m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
-    m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
-    kb = curvature_binormal(te, tf)
+    ie, jf = 1.0 / le, 1.0 / lf
+
+    # Stretching: slopes of the span's length in e and f, and what its tensions add across the edges and the chord.
+    ts, chord = span_chord(te, le, tf, lf)
+    ea, rest = rods.stretch_stiffness[i], rods.span[i]
+    re, rf = 1.0 / rods.rest_length[i - 1], 1.0 / rods.rest_length[i]
+    axial = ea * (span_length(chord, le, lf) / rest - 1.0 - rods.rest_stretch[i, 0])
+    w = cross(te, tf)
+    cosine = dot(te, tf)
+    root, slope = eased(i, cosine, rods)
+    difference = le * re - lf * rf
+    uneven = root * ea * rods.evenness[i] * (root * difference - rods.rest_stretch[i, 1])
+    across_e = _geometric(axial / 6.0 + uneven * re, exact) * ie
+    across_f = _geometric(axial / 6.0 - uneven * rf, exact) * jf
+    across_s = _geometric(axial / 3.0, exact) / chord
+    ue = combine(1.0 / 6.0, te, 1.0 / 3.0, ts)
+    uf = combine(1.0 / 6.0, tf, 1.0 / 3.0, ts)
+
+    # The unevenness changes with the edges' lengths and with the cosine between them, whose slopes are oe and of.
+    slide = root * root * ea * rods.evenness[i]
+    turned = 0.5 * slope * difference
+    opening = exact * uneven * turned
+    oe, of = scale(ie, combine(1.0, tf, -cosine, te)), scale(jf, combine(1.0, te, -cosine, tf))
+    mixed = slide * turned + 0.5 * exact * uneven * slope
+    square = slide * turned * turned + 1.5 * opening * slope
+    oxe, oxf = mixed * re - opening * ie, -mixed * rf - opening * jf
+    oye, oyf = combine(oxe, te, square, oe), combine(oxf, tf, square, of)
+
+    chi = 2.0 + cosine
+    kb = scale(3.0 / chi, w)
     k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
-    chi = 1.0 + dot(te, tf)
-    tt = scale(1.0 / chi, add(te, tf))
     eb = rods.bend_stiffness[i] / rods.span[i]
     gj = rods.twist_stiffness[i] / rods.span[i]
     c1 = exact * eb * (k1 - rods.rest_curvature[i, 0])
@@ -92,13 +133,14 @@ def _add_bend_twist(
     c3 = exact * gj * m
 
     # Gauss-Newton part: slopes of kappa1, kappa2 and twist in e, f and the two angles.
-    s2 = add(m2e, m2f)
-    s1 = scale(-1.0, add(m1e, m1f))
-    ae, af = curvature_slopes(k1, s2, te, tf, tt, chi, le, lf)
-    be, bf = curvature_slopes(k2, s1, te, tf, tt, chi, le, lf)
+    ae, af = curvature_slopes(k1, add(m2e, m2f), te, tf, chi, le, lf)
+    be, bf = curvature_slopes(k2, scale(-1.0, add(m1e, m1f)), te, tf, chi, le, lf)
     ate, atf = -0.5 * dot(kb, m1e), -0.5 * dot(kb, m1f)
     bte, btf = -0.5 * dot(kb, m2e), -0.5 * dot(kb, m2f)
-    he, hf = 0.5 / le, 0.5 / lf
+    # The twist's slopes are w / (1 + te . tf) over the length of e or f.
+    tw = 1.0 / (1.0 + cosine)
+    gw = gj * tw
+    gww = gw * tw
 
     # Exact part: one director g for both curvatures; p is its derivative in its angle.
     ge = combine(c1, m2e, -c2, m1e)
@@ -107,64 +149,90 @@ def _add_bend_twist(
     pf = combine(-c1, m1f, -c2, m2f)
     gs = add(ge, gf)
     k = 0.5 * dot(kb, gs)
-    gt = scale(1.0 / chi, gs)
-    a = cross(tf, gt)
-    b = cross(te, gt)
-    ie, jf, ef = 1.0 / (le * le), 1.0 / (lf * lf), 1.0 / (le * lf)
     kc = k / chi
-    # Twist's own second derivatives have the form of the curvature's and join them here.
-    we = combine(0.25, ge, -0.25 * c3, add(te, tt))
-    wf = combine(0.25, gf, -0.25 * c3, add(tf, tt))
-    ve, vf = combine(k, tt, -1.0, a), combine(k, tt, 1.0, b)
-    turn = combine(1.0, gt, -c3 / chi, te)
-    hkb = scale(0.5 * c3, kb)
+    de, df = curvature_slopes(k, gs, te, tf, chi, le, lf)
+    # Directions of the curvature's own change, for e and for f.
+    ce = scale(ie / chi, combine(2.0, te, 1.0, tf))
+    cf = scale(jf / chi, combine(1.0, te, 2.0, tf))
+    # Twist's second derivatives have the form of the curvature's; both are products with w.
+    ct = c3 * tw
+    tt = combine(tw, te, tw, tf)
+    third, quarter = 0.75 / chi, 0.5 * ct
+    we = scale(ie * ie, add(combine(third, ge, -quarter, add(te, tt)), scale(0.5 * gww, w)))
+    wf = scale(jf * jf, add(combine(third, gf, -quarter, add(tf, tt)), scale(0.5 * gww, w)))
+    ef = ie * jf
+    wm = combine(ef * gww, w, -ef * ct, tt)
+    turn = scale(ef, combine(1.5 / chi, gs, -ct, te))
 
-    se, sf = -0.5 * dot(kb, pe), -0.5 * dot(kb, pf)
-    xe = combine(se / le, tt, 1.0 / (chi * le), cross(tf, pe))
-    xf = combine(sf / le, tt, 1.0 / (chi * le), cross(tf, pf))
-    ye = combine(se / lf, tt, -1.0 / (chi * lf), cross(te, pe))
-    yf = combine(sf / lf, tt, -1.0 / (chi * lf), cross(te, pf))
+    oc = opening * cosine
+    ce2, cf2 = (2.0 * kc + oc) * ie * ie, (2.0 * kc + oc) * jf * jf
+    iso_e, iso_f, iso_m = across_e + across_s - ce2, across_f + across_s - cf2, across_s + (opening - kc) * ef
+    ka = ea / rest
+    xe = add(combine(ka / 6.0, ue, slide * re * re - across_e + ce2, te), scale(oxe, oe))
+    xf = add(combine(ka / 6.0, uf, slide * rf * rf - across_f + cf2, tf), scale(oxf, of))
+    xm = add(combine(ka / 6.0, ue, -slide * re * rf - (2.0 * kc + oc) * ef, te), scale(oxf, oe))
+    ye = combine(ka / 3.0, ue, -across_s, ts)
+    yf = combine(ka / 3.0, uf, -across_s, ts)
+    sae, sbe = scale(eb, ae), scale(eb, be)
+    saf, sbf = scale(eb, af), scale(eb, bf)
 
-    dp, di, dn = diagonal[i - 1], diagonal[i], diagonal[i + 1]
-    bi, bn, b2 = below[i], below[i + 1], below2[i + 1]
+    # Position-angle terms: rows are e or f, the column is the angle of e or of f.
+    se, sf = 0.5 * dot(kb, pe), 0.5 * dot(kb, pf)
+    pc = 1.5 / chi
+    xee = add(combine(ate, sae, bte, sbe), combine(-se, ce, pc * ie, cross(tf, pe)))
+    xef = add(combine(atf, sae, btf, sbe), combine(-sf, ce, pc * ie, cross(tf, pf)))
+    xfe = add(combine(ate, saf, bte, sbf), combine(-se, cf, -pc * jf, cross(te, pe)))
+    xff = add(combine(atf, saf, btf, sbf), combine(-sf, cf, -pc * jf, cross(te, pf)))
+    xee, xef = combine(1.0, xee, -gw * ie, w), combine(1.0, xef, gw * ie, w)
+    xfe, xff = combine(1.0, xfe, -gw * jf, w), combine(1.0, xff, gw * jf, w)
+
+    dp, di, dn = pattern.diagonal[i - 1], pattern.diagonal[i], pattern.diagonal[i + 1]
+    bi, bn, b2 = pattern.below[i], pattern.below[i + 1], pattern.below2[i + 1]
     for r in range(3):
         x, y = (r + 1) % 3, (r + 2) % 3
         for c in range(3):
-            one = 1.0 if r == c else 0.0
-            # The cross matrix of `turn`, transposed.
-            skew = turn[y] if c == x else (-turn[x] if c == y else 0.0)
-            kk = kb[r] * kb[c]
-            hee = eb * (ae[r] * ae[c] + be[r] * be[c]) + gj * he * he * kk
-            hee += ie * (ve[r] * tt[c] + tt[r] * ve[c] - kc * (one - te[r] * te[c]) + (kb[r] * we[c] + we[r] * kb[c]))
-            hff = eb * (af[r] * af[c] + bf[r] * bf[c]) + gj * hf * hf * kk
-            hff += jf * (vf[r] * tt[c] + tt[r] * vf[c] - kc * (one - tf[r] * tf[c]) + (kb[r] * wf[c] + wf[r] * kb[c]))
             # Rows of f and columns of e; its transpose is the other.
-            hfe = eb * (af[r] * ae[c] + bf[r] * be[c]) + gj * he * hf * kk
-            hfe += ef * (tt[r] * (ve[c] - hkb[c]) + vf[r] * tt[c] - kc * (one + tf[r] * te[c]) - skew)
-            blocks[dp, r, c] += hee
-            blocks[di, r, c] += hee + hff - hfe
+            hfe = saf[r] * ae[c] + sbf[r] * be[c] + tf[r] * xm[c] + of[r] * oye[c] + ts[r] * ye[c]
+            hfe += wm[r] * w[c] - cf[r] * de[c] - df[r] * ce[c]
+            if r == c:
+                hfe += iso_m
+            # The cross matrix of `turn`.
+            elif c == x:
+                hfe -= turn[y]
+            else:
+                hfe += turn[x]
+            blocks[di, r, c] -= hfe
             blocks[di, c, r] -= hfe
-            blocks[dn, r, c] += hff
-            blocks[bi, r, c] += hfe - hee
-            blocks[bn, r, c] += hfe - hff
+            blocks[bi, r, c] += hfe
+            blocks[bn, r, c] += hfe
             blocks[b2, r, c] -= hfe
-        # Position-angle terms: rows are x, the column is the angle of e or of f.
-        xee = eb * (ae[r] * ate + be[r] * bte) - gj * he * kb[r]
-        xef = eb * (ae[r] * atf + be[r] * btf) + gj * he * kb[r]
-        xfe = eb * (af[r] * ate + bf[r] * bte) - gj * hf * kb[r]
-        xff = eb * (af[r] * atf + bf[r] * btf) + gj * hf * kb[r]
-        xee += xe[r]
-        xef += xf[r]
-        xfe += ye[r]
-        xff += yf[r]
-        blocks[dp, r, 3] -= xee
-        blocks[dp, 3, r] -= xee
-        blocks[di, r, 3] += xef - xff
-        blocks[di, 3, r] += xef - xff
-        blocks[bi, r, 3] += xee - xfe
-        blocks[bi, 3, r] -= xef
-        blocks[b2, r, 3] += xfe
-        blocks[bn, r, 3] += xff
+        for c in range(r + 1):
+            hee = sae[r] * ae[c] + sbe[r] * be[c] + te[r] * xe[c] + oe[r] * oye[c] + ts[r] * ye[c]
+            hee += w[r] * we[c] + we[r] * w[c] - ce[r] * de[c] - de[r] * ce[c]
+            hff = saf[r] * af[c] + sbf[r] * bf[c] + tf[r] * xf[c] + of[r] * oyf[c] + ts[r] * yf[c]
+            hff += w[r] * wf[c] + wf[r] * w[c] - cf[r] * df[c] - df[r] * cf[c]
+            if r == c:
+                hee += iso_e
+                hff += iso_f
+            else:
+                blocks[dp, c, r] += hee
+                blocks[di, c, r] += hee + hff
+                blocks[dn, c, r] += hff
+                blocks[bi, c, r] -= hee
+                blocks[bn, c, r] -= hff
+            blocks[dp, r, c] += hee
+            blocks[di, r, c] += hee + hff
+            blocks[dn, r, c] += hff
+            blocks[bi, r, c] -= hee
+            blocks[bn, r, c] -= hff
+        blocks[dp, r, 3] -= xee[r]
+        blocks[dp, 3, r] -= xee[r]
+        blocks[di, r, 3] += xef[r] - xff[r]
+        blocks[di, 3, r] += xef[r] - xff[r]
+        blocks[bi, r, 3] += xee[r] - xfe[r]
+        blocks[bi, 3, r] -= xef[r]
+        blocks[b2, r, 3] += xfe[r]
+        blocks[bn, r, 3] += xff[r]
     blocks[dp, 3, 3] += eb * (ate * ate + bte * bte) + gj - 0.5 * dot(kb, ge)
     blocks[di, 3, 3] += eb * (atf * atf + btf * btf) + gj - 0.5 * dot(kb, gf)
     blocks[bi, 3, 3] += eb * (ate * atf + bte * btf) - gj

@@ -115,18 +115,18 @@ def _two(rng: np.random.Generator, q: Array, rods: Rods, frames: Frames) -> list
 
 @pytest.mark.parametrize("duration", [1e-3, 1.0, 30.0])
 def test_work_is_stored_or_lost(duration: float) -> None:
-    # One edge alone: the integral of its force over its stretch, by the midpoint rule.
+    # One span alone: the integral of its force over its stretch, by the midpoint rule.
     prony = Relaxation(np.array([0.3, 0.2, 0.1]), np.array([0.1, 1.0, 10.0]))
     rods, _ = make_rods(np.outer(np.arange(3.0), [2.0, 0.0, 0.0]), (3,), poisson_ratio=0.3)
-    before, after = np.zeros((3, 4)), np.zeros((3, 4))
-    before[0, 0], after[0, 0] = 0.02, -0.03
-    history = np.zeros((3, 3, 4))
-    history[:, 0, 0] = [0.01, -0.02, 0.015]
+    before, after = np.zeros((3, 5)), np.zeros((3, 5))
+    before[1, 0], after[1, 0] = 0.02, -0.03
+    history = np.zeros((3, 3, 5))
+    history[:, 1, 0] = [0.01, -0.02, 0.015]
     steps, work = 4000, 0.0
     for share in (np.arange(steps) + 0.5) / steps:
         strain = before + share * (after - before)
-        kept = remember(prony, history, before, strain, share * duration)[:, 0, 0]
-        stress = np.pi * (prony.lasting * strain[0, 0] + prony.shares @ kept)
+        kept = remember(prony, history, before, strain, share * duration)[:, 1, 0]
+        stress = np.pi * (prony.lasting * strain[1, 0] + prony.shares @ kept)
         work += stress * -0.05 * 2.0 / steps
     kept = remember(prony, history, before, after, duration)
     grown = stored_energy(rods, prony, after, kept) - stored_energy(rods, prony, before, history)
@@ -136,13 +136,13 @@ def test_work_is_stored_or_lost(duration: float) -> None:
 
 def test_a_sudden_step_is_elastic_and_a_slow_one_relaxed() -> None:
     _, rods, _, q = random_rods(1)
-    none, history = np.zeros_like(q), PRONY.unstrained(len(q))
+    none, history = np.zeros((len(q), 5)), PRONY.unstrained(len(q))
     for duration, share in ((0.0, 1.0), (1e12, 0.4)):
         step = relaxed_rods(rods, PRONY, none, history, duration)
         np.testing.assert_allclose(step.stretch_stiffness, share * rods.stretch_stiffness, rtol=1e-9)
         np.testing.assert_allclose(step.bend_stiffness, share * rods.bend_stiffness, rtol=1e-9)
         np.testing.assert_allclose(step.twist_stiffness, share * rods.twist_stiffness, rtol=1e-9)
-        np.testing.assert_array_equal(step.rest_length, rods.rest_length)
+        np.testing.assert_array_equal(step.rest_stretch, rods.rest_stretch)
         np.testing.assert_array_equal(step.rest_curvature, rods.rest_curvature)
 
 

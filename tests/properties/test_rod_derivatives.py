@@ -14,6 +14,7 @@ from knitlab_core.equilibrium.pattern import make_pattern, multiply
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.rod import Rods, make_rods
+from knitlab_core.rods.rupture import cut_rods
 from knitlab_core.rods.stiffness import rod_hessian
 
 if TYPE_CHECKING:
@@ -42,10 +43,15 @@ def at(rod: Rod, q: Array) -> Frames:
 
 
 def random_rod(seed: int, *, straight: bool = False, strain: float = 0.3, sizes: tuple[int, ...] = (9, 6)) -> Rod:
-    """Make two random walks that bend by up to 90 degrees at a node; move their nodes by `strain`, and turn edges."""
+    """Make two random walks that bend by up to 90 degrees at a node; move their nodes by `strain`, and turn edges.
+
+    Every other seed cuts the second after its first edge, which then is all there is of a rod.
+    """
     rng = np.random.default_rng(seed)
     walk = np.cumsum(rng.uniform([1.2, -0.8, -0.8], [2.8, 0.8, 0.8], size=(sum(sizes), 3)), axis=0)
     rods, frames = make_rods(walk, sizes, poisson_ratio=rng.uniform(0.0, 0.5), straight=straight)
+    if seed % 2:
+        rods = cut_rods(rods, sizes[0] + 1)
     q = np.column_stack([walk, np.zeros(len(walk))])
     rest = Rod(rods, q, frames)
     q = q + strain * rng.uniform(-1.0, 1.0, size=q.shape)

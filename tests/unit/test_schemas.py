@@ -484,6 +484,16 @@ def test_fibres_have_the_stitchs_area_unless_told_otherwise() -> None:
     assert half.straight_gap == pytest.approx(0.1 * half.fibre_radius)
 
 
+def test_a_mesh_has_a_name_or_a_number() -> None:
+    for text, nodes in (("mesh: draft", 32), ("mesh: default", 48), ("mesh: fine", 96), ("nodes_per_loop: 40", 40)):
+        spec = from_yaml(GOOD.replace("friction: 0.3", text)).specimen
+        assert spec.nodes_per_loop == nodes
+    assert from_yaml(GOOD).specimen.nodes_per_loop == 48
+    both = error_of(GOOD.replace("friction: 0.3", "mesh: fine\n  nodes_per_loop: 40"))
+    assert "mesh: found fine and nodes_per_loop, allowed one of the two" in str(both)
+    assert "mesh" in str(error_of(GOOD.replace("friction: 0.3", "mesh: coarse")))
+
+
 def test_on_stops_at_a_rupture() -> None:
     for word, meant in (("on", "stop"), ("off", "off"), ("stop", "stop"), ("go on", "go on"), ("true", "stop")):
         assert from_yaml(GOOD.replace("friction: 0.3", f"rupture: {word}")).specimen.rupture == meant

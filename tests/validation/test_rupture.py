@@ -13,6 +13,7 @@ from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.rupture import OVERSHOOT, break_fibre, reach_rupture, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.materials import material_named
+from tests.validation.bare_rod import bare_rod
 from tests.validation.knit import make_knit
 from tests.validation.viscous_rod import SOLID, TIGHT, relaxing_rod, step
 
@@ -77,21 +78,25 @@ def test_a_straight_fibre_breaks_at_its_limit(bar: Callable[..., None]) -> None:
 
 @pytest.mark.parametrize("radius", [1.0, 0.5])
 def test_a_bent_fibre_breaks_where_it_curves_too_much(bar: Callable[..., None], radius: float) -> None:
-    limit, length = breaking_strain(), 2.0
-    work, rest = relaxing_rod(None, straight=True)
+    limit, length, count = breaking_strain(), 1.0, 16
+    work, rest = bare_rod(np.outer(length * np.arange(count + 1.0), [1.0, 0.0, 0.0]), straight=True)
     work.model.fixed[:] = True
-    count = len(rest.q) - 1
 
     def arc(s: float) -> NDArray[np.float64]:
-        angle = 0.2 * s * np.arange(count)
+        # Control points of a circle on which every span is as long as it was; the end edges keep their lengths.
+        turn = 0.2 * s
+        angle = turn * (np.arange(count + 1) - 1)
+        circle = 4.0 / (3.0 + np.cos(turn)) * length / max(turn, 1e-12)
         q = np.zeros_like(rest.q)
-        q[1:, 0], q[1:, 1] = length * np.cumsum(np.cos(angle)), length * np.cumsum(np.sin(angle))
-        return q
+        q[:, 0], q[:, 1] = circle * np.sin(angle), circle * (1.0 - np.cos(angle))
+        for end, inner in ((0, 1), (-1, -2)):
+            edge = q[end] - q[inner]
+            q[end] = q[inner] + length / np.linalg.norm(edge) * edge
+        return q if turn > 0.0 else rest.q
 
     share, state, _ = reach_rupture(work, rest, arc, limit=limit, radius=radius)
     assert state is not None
-    # Equal chords turning by 0.2 s lie on a circle.
-    curvature = 2.0 * np.sin(0.1 * share) / length
+    curvature = 0.2 * share / length
     bar(f"bent fibre of {radius} r: curvature at rupture", curvature * radius / limit - 1.0, 0.01, "1", SOURCE)
 
 
@@ -104,7 +109,10 @@ def test_tension_adds_to_bending() -> None:
     q[5:, :2] = q[4, :2] + np.outer(q[5:, 0] - q[4, 0], [np.cos(turn), np.sin(turn)])
     spot = weakest(work.model, step(work, rest, q, 0.0))
     assert spot.edge == 3
-    assert spot.strain == pytest.approx(0.01 + 2.0 * np.tan(0.5 * turn) / 2.0, rel=1e-9)
+    # Edge 3 lies between a straight span and the bent one, whose spline cuts the corner.
+    bent = 1.01 * (1.0 + 2.0 * np.cos(0.5 * turn)) / 3.0 - 1.0
+    curvature = 3.0 * np.sin(turn) / (2.0 + np.cos(turn)) / 2.0
+    assert spot.strain == pytest.approx(0.5 * (0.01 + bent) + curvature, rel=1e-9)
 
 
 def test_a_path_that_stays_below_the_limit_breaks_nothing() -> None:

@@ -12,7 +12,6 @@ import pytest
 from knitlab_core.contact.bonds import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
-from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.rupture import break_fibre, sever, weakest
 from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.equilibrium.workspace import Workspace
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.carried import Carried
     from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.equilibrium.newton import Options
 
 NODES = 16
 

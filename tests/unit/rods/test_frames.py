@@ -33,9 +33,11 @@ def test_transport_round_an_octant_turns_by_its_solid_angle() -> None:
     assert transport(transport(transport(Y, X, Y), Y, Z), Z, X) == pytest.approx(Z)
 
 
-def test_curvature_binormal_is_twice_the_tangent_of_half_the_angle() -> None:
-    angle = 0.7
-    assert curvature_binormal(X, (cos(angle), sin(angle), 0.0)) == pytest.approx((0.0, 0.0, 2.0 * tan(0.5 * angle)))
+def test_curvature_binormal_is_the_turning_angle_of_a_spline() -> None:
+    angle = 0.3
+    found = curvature_binormal(X, (cos(angle), sin(angle), 0.0))
+    assert found == pytest.approx((0.0, 0.0, 3.0 * sin(angle) / (2.0 + cos(angle))))
+    assert found[2] == pytest.approx(angle - angle**5 / 180.0, rel=1e-6)
 
 
 def test_material_frame_turns_with_the_edge() -> None:
