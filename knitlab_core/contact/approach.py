@@ -37,8 +37,8 @@ def largest_approach(x: FloatArray, dx: FloatArray, reach: float, enough: float)
     n = x.shape[0]
     largest = 0.0
     for i in range(n):
-        d = row(dx, i)
-        largest = max(largest, dot(d, d))
+        move = row(dx, i)
+        largest = max(largest, dot(move, move))
     if 2.0 * sqrt(largest) <= enough:
         return 2.0 * sqrt(largest)
     middle, drift = _mean(x), _mean(dx)
@@ -66,9 +66,8 @@ def largest_approach(x: FloatArray, dx: FloatArray, reach: float, enough: float)
     az = scale(inverse, (dot(one, pz), dot(two, pz), dot(three, pz)))
     largest = 0.0
     for i in range(n):
-        a = sub(row(x, i), middle)
-        d = sub(row(dx, i), drift)
-        rest = sub(d, (dot(ax, a), dot(ay, a), dot(az, a)))
+        at, d = sub(row(x, i), middle), sub(row(dx, i), drift)
+        rest = sub(d, (dot(ax, at), dot(ay, at), dot(az, at)))
         largest = max(largest, dot(rest, rest))
     strain = norm((norm(ax), norm(ay), norm(az)))
     return 2.0 * sqrt(largest) + strain * reach

@@ -71,10 +71,11 @@ def _near_spans(
             for cy in range(max(ky - 1, 0), min(ky + 2, dims[1])):
                 for cz in range(max(kz - 1, 0), min(kz + 2, dims[2])):
                     c = (cx * dims[1] + cy) * dims[2] + cz
-                    for o in range(start[c + 1], start[c + 2]):
+                    # Spans of a cell are sorted: the later ones alone are partners.
+                    for o in range(start[c + 2] - 1, start[c + 1] - 1, -1):
                         t = order[o]
                         if t <= s:
-                            continue
+                            break
                         j = samples.spans[t]
                         # Spans of one strand that share nodes are never paired.
                         if j - i < 3 and samples.strand[i] == samples.strand[j]:

@@ -79,7 +79,7 @@ def fill_balls(x: FloatArray, spans: IndexArray, balls: Balls) -> float:
 @inline_kernel
 def sample_arc(i: int, k: int, m: int, samples: Samples) -> float:
     """Return the rest arc length at sample k of span i."""
-    return samples.arc[i] + ((k + 0.5) / m - 0.5) * samples.length[i] * m
+    return float(samples.arc[i] + ((k + 0.5) / m - 0.5) * samples.length[i] * m)
 
 
 @kernel

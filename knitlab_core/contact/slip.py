@@ -102,8 +102,7 @@ def _edge_slope(e: Vector, i: int, placed: Placed, v: Vector) -> tuple[Vector, f
     """Return h and s with e . d(R v) = h . d(edge i) + s d(angle i)."""
     t = row(placed.tangent, i)
     along, across = dot(t, v), dot(e, t)
-    h = combine(along, e, -across, v)
-    h = combine(1.0, h, -dot(h, t), t)
+    h = combine(along, e, -across, v)  # across t as it is
     return scale(1.0 / placed.length[i], h), dot(e, cross(t, v))
 
 

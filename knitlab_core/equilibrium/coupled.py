@@ -51,7 +51,7 @@ def _extend(basis: FloatArray, k: int, v: FloatArray, triangle: FloatArray, turn
     inverse = 1.0 / rest
     for c in range(v.size):
         basis[k + 1, c] = inverse * v[c]
-    return abs(triangle[last, k + 1])
+    return float(abs(triangle[last, k + 1]))
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitlab_core.arrays import FloatArray
+from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
@@ -21,6 +21,7 @@ from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.stiffness import rod_hessian
+from knitlab_core.threads import both
 
 PATTERN_SKIN = 1.0
 """Extra distance within which sample pairs have blocks in the stiffness [r]: blocks that stay empty cost time too."""
@@ -213,12 +214,26 @@ class Workspace:
             self.contacts.part(self.pattern)
         with self.clock("assembly"):
             self.blocks[:] = 0.0
-            rod_hessian(q, self.model.rods, frames, 1.0, self.pattern, self.blocks)
+            self._add_rods(q, frames)
             self.contacts.add_hessian(self.model.law, contacts, self.pattern, self.blocks)
             if self.drag:
                 self.blocks[self.pattern.diagonal[:, None], range(3), range(3)] += self.drag
             for part in self._parts:
                 part.add_hessian(contacts, self.blocks)
+
+    def _add_rods(self, q: FloatArray, frames: Frames) -> None:
+        """Add the rods' stiffness to the blocks: two halves that share no block, then the nodes between them."""
+        rods, node = self.model.rods, np.arange(len(q))
+        middle = len(q) // 2
+
+        def add(part: BoolArray) -> None:
+            own = rods._replace(has_edge=rods.has_edge & part, is_inner=rods.is_inner & part)
+            rod_hessian(q, own, frames, 1.0, self.pattern, self.blocks)
+
+        # A node acts on its two neighbours.
+        first, second = node < middle, node > middle + 1
+        both(lambda: add(first), lambda: add(second))
+        add(~(first | second))
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""
