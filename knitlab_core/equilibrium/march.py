@@ -11,6 +11,7 @@ from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest, counted
+from knitlab_core.equilibrium.sums import inner
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import follow
@@ -82,9 +83,9 @@ def _guess(work: Workspace, state: State, motion: FloatArray) -> FloatArray:
     """Return a first guess (N, 4) of the motion, given that of the fixed unknowns."""
     fixed = work.model.fixed
     before = state.increment * fixed
-    size = float(np.vdot(before, before))
+    size = inner(before, before)
     if state.contacts == 0 and size > 0.0:
-        ratio = float(np.vdot(before, motion)) / size
+        ratio = inner(before, motion) / size
         if 0.0 < ratio <= 1.5 and np.allclose(ratio * before, motion, atol=1e-6 * np.sqrt(size)):
             return np.where(fixed, motion, ratio * state.increment)
     if not motion.any():
@@ -149,7 +150,7 @@ def _search(work: Workspace, state: State, target: FloatArray, options: Options)
     # What drags on the fixtures is no force of the strands.
     gradient[:, :3] -= work.drag * increment[:, :3]
     reaction = np.where(model.fixed, gradient, 0.0)
-    pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
+    pushed = 0.5 * inner(state.reaction + reaction, increment) + inner(work.loads, increment)
     return (
         replace(
             state,
