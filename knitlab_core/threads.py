@@ -6,7 +6,7 @@ Which piece does what never depends on the number of threads, so results have th
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
@@ -59,7 +59,10 @@ def use_threads(count: int) -> None:
 
 
 def both(first: Callable[[], FirstT], second: Callable[[], SecondT]) -> tuple[FirstT, SecondT]:
-    """Call two functions that touch nothing in common, at once if there are two threads; return what they return."""
+    """Call two functions that touch nothing in common, at once if there are two threads; return what they return.
+
+    Where the other thread has not begun when the first function ends, as on a busy machine, nobody waits for it.
+    """
     if thread_count() == 1:
         return first(), second()
     if _Threads.pool is None:
@@ -67,9 +70,10 @@ def both(first: Callable[[], FirstT], second: Callable[[], SecondT]) -> tuple[Fi
     beside = _Threads.pool.submit(second)
     try:
         done = first()
-    finally:
-        other = beside.result()
-    return done, other
+    except BaseException:
+        wait([beside])
+        raise
+    return done, second() if beside.cancel() else beside.result()
 
 
 def _forget_pool() -> None:

@@ -26,6 +26,9 @@ from knitlab_core.threads import both
 PATTERN_SKIN = 1.0
 """Extra distance within which sample pairs have blocks in the stiffness [r]: blocks that stay empty cost time too."""
 
+HALVES_FROM = 4000
+"""Nodes from which rods are assembled in halves: below, waiting for a thread on a busy machine costs what it saves."""
+
 SMALLEST_SHIFT = 1e-8
 LARGEST_SHIFT = 1e6
 SHIFT_DECAY = 64.0
@@ -222,7 +225,10 @@ class Workspace:
                 part.add_hessian(contacts, self.blocks)
 
     def _add_rods(self, q: FloatArray, frames: Frames) -> None:
-        """Add the rods' stiffness to the blocks: two halves that share no block, then the nodes between them."""
+        """Add the rods' stiffness to the blocks; in two halves that share no block, then the nodes between them."""
+        if len(q) < HALVES_FROM:
+            rod_hessian(q, self.model.rods, frames, 1.0, self.pattern, self.blocks)
+            return
         rods, node = self.model.rods, np.arange(len(q))
         middle = len(q) // 2
 

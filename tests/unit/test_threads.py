@@ -22,12 +22,35 @@ def test_the_environment_says_how_many(given: str | None, processors: int | None
     assert threads.wanted_threads(environment, processors) == wanted
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_both_return_what_they_return(count: int) -> None:
-    threads.use_threads(count)
-    names = threads.both(threading.get_ident, threading.get_ident)
-    assert names[0] == threading.get_ident()
-    assert (names[1] == names[0]) is (count == 1)
+def test_one_thread_does_one_thing_after_the_other() -> None:
+    threads.use_threads(1)
+    assert threads.both(threading.get_ident, threading.get_ident) == (threading.get_ident(),) * 2
+
+
+def test_two_threads_work_at_once() -> None:
+    threads.use_threads(2)
+    begun = threading.Event()
+
+    def second() -> int:
+        begun.set()
+        return threading.get_ident()
+
+    waited, other = threads.both(lambda: begun.wait(60.0), second)
+    assert waited
+    assert other != threading.get_ident()
+
+
+def test_nobody_waits_for_a_thread_that_has_not_begun() -> None:
+    threads.use_threads(2)
+    threads.both(list, list)
+    pool, busy = threads._Threads.pool, threading.Event()
+    assert pool is not None
+    blocker = pool.submit(busy.wait, 60.0)
+    try:
+        assert threads.both(list, threading.get_ident) == ([], threading.get_ident())
+    finally:
+        busy.set()
+        blocker.result()
 
 
 @pytest.mark.parametrize("count", [1, 2])
