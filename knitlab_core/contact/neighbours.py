@@ -104,8 +104,25 @@ def list_spans(q: FloatArray, samples: Samples, reach: float, balls: Balls) -> S
     balls : Balls
         Filled with those of the spans.
     """
-    largest = fill_balls(q, samples.spans, balls)
+    fill_balls(q, samples.spans, balls)
+    return pair_balls(samples, reach, balls)
+
+
+def list_swept(samples: Samples, reach: float, balls: Balls, moves: Balls) -> SpanPairs:
+    """List all pairs of spans that may hold samples nearer than a reach anywhere on a straight move, sorted.
+
+    `balls` are those of the spans where they begin, `moves` those of their motions.
+    """
+    half = np.sqrt(moves.centre[:, 0] ** 2 + moves.centre[:, 1] ** 2 + moves.centre[:, 2] ** 2) / 2.0
+    swept = Balls(balls.centre + 0.5 * moves.centre, balls.radius + (half + moves.radius))
+    return pair_balls(samples, reach, swept)
+
+
+def pair_balls(samples: Samples, reach: float, balls: Balls) -> SpanPairs:
+    """List all pairs of spans whose balls are nearer than a reach, sorted."""
+    n = len(balls.radius)
     centre, radius = balls.centre[samples.spans], balls.radius[samples.spans]
+    largest = float(radius.max())
     cells = _cells(centre, reach + 2.0 * largest)
     size = 4 * samples.spans.size
     while True:
@@ -115,8 +132,8 @@ def list_spans(q: FloatArray, samples: Samples, reach: float, balls: Balls) -> S
             break
         size = count
     # In this order whatever the cells: sums over pairs have the same bits in every list that holds them.
-    key = np.sort(first[:count] * len(q) + second[:count])
-    return SpanPairs(key // len(q), key % len(q))
+    key = np.sort(first[:count] * n + second[:count])
+    return SpanPairs(key // n, key % n)
 
 
 def find_candidates(q: FloatArray, samples: Samples, law: ContactLaw, skin: float) -> Candidates:

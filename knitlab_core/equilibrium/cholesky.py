@@ -85,7 +85,7 @@ def _factor(
                 head[t] = d
             d = following
         if not factor_panel(panel, height, width, ascending[:height]):
-            return s
+            return int(s)
         if width < height:
             t = plan.owner[plan.row_start[s]]
             link[s] = head[t]

@@ -18,7 +18,7 @@ from knitlab_core.contact.forces import (
 )
 from knitlab_core.contact.friction import Memory, add_load_coupling, recall, settle
 from knitlab_core.contact.law import ContactLaw
-from knitlab_core.contact.neighbours import list_spans
+from knitlab_core.contact.neighbours import list_spans, list_swept
 from knitlab_core.contact.pairs import Balls, Candidates, SpanPairs, fill_balls, gather_pairs, grouped, largest_fraction
 from knitlab_core.contact.samples import Samples, sample_points
 from knitlab_core.contact.slip import Placed
@@ -31,6 +31,9 @@ SKIN = 2.0
 
 LIST_AGAIN = 0.5
 """Share of the skin by which strands may have approached before pairs are listed again; steps may use the rest."""
+
+SWEPT = 4e4
+"""Nodes times longest motion [r] up to which all pairs on the way are listed; longer steps are cut instead."""
 
 
 class Contacts:
@@ -167,15 +170,27 @@ class Contacts:
 
         Pairs use at most `share` of the way to their neighbour's core. Samples and balls are those of `q`.
         """
-        samples, spans = self._samples, self.spans
+        samples = self._samples
         sample_points(step, samples, self._moves)
         fill_balls(step, samples.spans, self._move_balls)
+        reach = law.distance + SKIN
+        limit = SKIN - law.onset - self._used(q, law, 0.1)
+        approach = largest_approach(q, step, reach, limit)
+        if approach > limit and len(q) * float(np.abs(step[:, :3]).max()) < SWEPT:
+            self.spans, limit = list_swept(samples, reach, self._balls, self._move_balls), np.inf
+            self._listed = q[:, :3].copy()
         core = law.distance - law.overlap_limit
         part = largest_fraction(
-            self._placed.points, self._moves, self._balls, self._move_balls, spans, samples, law.exclusion, core, share
+            self._placed.points,
+            self._moves,
+            self._balls,
+            self._move_balls,
+            self.spans,
+            samples,
+            law.exclusion,
+            core,
+            share,
         )
-        limit = SKIN - law.onset - self._used(q, law, 0.1)
-        approach = largest_approach(q, step, law.distance + SKIN, limit)
         return part if approach <= limit else min(part, limit / approach)
 
     def settle(self, law: ContactLaw) -> tuple[Memory, float]:
