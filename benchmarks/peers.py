@@ -20,8 +20,6 @@ from scipy.spatial import cKDTree
 
 from benchmarks.linear_solvers import System, compare, milliseconds, printed
 from benchmarks.main_job import at_strain, stiffness
-from knitlab_core.contact.forces import contact_gradient
-from knitlab_core.contact.stiffness import contact_hessian
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
@@ -88,15 +86,15 @@ def contact() -> list[Line]:
     """Gradient and Hessian of contact and friction of the main job at 33 %, for each active contact."""
     rig, before = at_strain(STRAIN)
     work = rig.work
-    model, placed, pairs, listed = work.model, work.placed, work.pairs, work.candidates
+    model, contacts = work.model, work.contacts
     case = f"contact of the planar 6x6, {100.0 * STRAIN:.0f} %"
-    active = int(np.count_nonzero(pairs.load))
+    active = int(np.count_nonzero(contacts.state.load))
 
     def timed(law: ContactLaw) -> tuple[float, float]:
         gradient = np.zeros((len(model.fixed), 4))
         return (
-            least(lambda: contact_gradient(placed, listed, model.samples, law, pairs, gradient)),
-            least(lambda: contact_hessian(placed, listed, model.samples, law, 1.0, pairs, work.pattern, work.blocks)),
+            least(lambda: contacts.add_gradient(law, gradient)),
+            least(lambda: contacts.add_hessian(law, 1.0, work.pattern, work.blocks)),
         )
 
     lines = [
@@ -115,7 +113,7 @@ def contact() -> list[Line]:
         lines += _ipctk(
             case,
             mesh,
-            placed.points[at],
+            work.placed.points[at],
             before[at],
             strand[::stride],
             skip=int(np.ceil(model.law.exclusion / (spacing * stride))),

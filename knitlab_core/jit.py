@@ -31,9 +31,10 @@ FunctionT = TypeVar("FunctionT", bound="Callable[..., Any]")
 UNUSED_DAYS: Final = 30.0
 """Age [days] at which the compiled code of an older source is removed."""
 
-# Reciprocals are worth 1.5x on rod kernels. Contraction gains nothing and would
-# cost exact identities (a x a = 0); NaN and infinity must keep their meaning.
-FASTMATH: Final = frozenset({"arcp", "nsz"})
+# Results must have the same bits on every x86-64 processor. Reciprocals in place of divisions are
+# chosen by processor, so kernels write out those that pay. Contraction gains nothing and would cost
+# exact identities (a x a = 0); NaN and infinity must keep their meaning.
+FASTMATH: Final = frozenset({"nsz"})
 
 _SOURCE_ROOT: Final = Path(__file__).resolve().parent
 _KERNEL_FILE: Final = re.compile(
@@ -95,7 +96,8 @@ def source_hash(root: Path) -> str:
         Folder of the ``knitlab_core`` package; its place counts, as numba files by it.
     """
     digest = hashlib.sha256()
-    versions = (platform.python_version(), numba.__version__, np.__version__, llvm.get_host_cpu_name(), str(root))
+    target = _settings.CPU_NAME or llvm.get_host_cpu_name(), _settings.CPU_FEATURES or ""
+    versions = (platform.python_version(), numba.__version__, np.__version__, *target, str(root))
     digest.update("\n".join(versions).encode())
     for file in kernel_files(root):
         content = file.read_bytes()

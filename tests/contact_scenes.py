@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.contact.forces import contact_energy, contact_gradient, elastic_slip, lag
+from knitlab_core.contact.forces import (
+    contact_energy,
+    contact_gradient,
+    elastic_slip,
+    friction_energy,
+    friction_gradient,
+    lag,
+)
 from knitlab_core.contact.friction import Memory, recall, settle
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
@@ -20,7 +27,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.arrays import FloatArray
     from knitlab_core.contact.forces import PairState
-    from knitlab_core.contact.neighbours import Candidates
+    from knitlab_core.contact.pairs import Candidates
     from knitlab_core.equilibrium.model import Model, State
     from knitlab_core.rods.frames import Frames
 
@@ -89,7 +96,9 @@ class Touch:
     def energies(self, q: FloatArray, source: Frames | None = None) -> tuple[float, float]:
         """Return normal and frictional energy."""
         m = self.model
-        return contact_energy(self.placed(q, source), self.candidates, m.samples.length, m.law, self.pairs)
+        placed = self.placed(q, source)
+        normal = contact_energy(placed.points, self.candidates, m.samples.length, m.law)
+        return normal, friction_energy(placed, self.candidates, m.law, self.pairs)
 
     def energy(self, q: FloatArray, source: Frames | None = None) -> float:
         """Return their sum."""
@@ -99,7 +108,9 @@ class Touch:
         """Return the gradient (N, 4)."""
         m = self.model
         out = np.zeros_like(q)
-        contact_gradient(self.placed(q, source), self.candidates, m.samples, m.law, self.pairs, out)
+        placed = self.placed(q, source)
+        contact_gradient(placed.points, self.candidates, m.samples, m.law, out)
+        friction_gradient(placed, self.candidates, m.samples, m.law, self.pairs, out)
         return out
 
     def openings(self, q: FloatArray, source: Frames | None = None) -> FloatArray:

@@ -23,6 +23,7 @@ from app.service.folder import JobFolder, LockedError, Result
 from app.service.jobs import Progress
 from app.service.row_file import RowFile, restore
 from knitlab_core.errors import FormatError, KnitlabError
+from knitlab_core.threads import use_threads
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,14 +45,17 @@ class StopAskedError(Exception):
     """Carry the wish to stop out of the solver."""
 
 
-def work(folder: str) -> None:
+def work(folder: str, threads: int = 1) -> None:
     """Work on a job until it ends or is stopped; the result, not the exit code, says how it went.
 
     Parameters
     ----------
     folder : str
         The job's folder.
+    threads : int
+        Threads of its solver.
     """
+    use_threads(threads)
     files = JobFolder(Path(folder))
     os.setsid()  # Ctrl-C in the server's terminal is the server's business
     _die_with_parent()

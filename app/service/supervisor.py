@@ -53,10 +53,13 @@ class Supervisor:
     ----------
     store : Store
         Where the jobs are.
+    threads : int
+        Threads of each job's solver.
     """
 
-    def __init__(self, store: Store) -> None:
+    def __init__(self, store: Store, threads: int = 1) -> None:
         self.store = store
+        self._threads = threads
         self.draining = threading.Event()
         self._closed = threading.Event()
         # Starting and reaping share state inside multiprocessing.
@@ -157,7 +160,7 @@ class Supervisor:
 
     def _attempt(self, held: Claim, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
         """Run the job's process once; return why it was stopped and its exit code."""
-        process = self._context.Process(target=child.work, args=(str(files.path),), daemon=True)
+        process = self._context.Process(target=child.work, args=(str(files.path), self._threads), daemon=True)
         with self._processes:
             process.start()
         began, ran, stop, counted = time.monotonic(), files.ran(), None, False

@@ -19,8 +19,8 @@ from app.service.smallest import PROTOCOL
 
 
 def one_thread() -> None:
-    """Keep the numerical libraries from making threads of their own."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    """Keep the solver and the numerical libraries from making threads; jobs are told how many they have."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "KNITLAB_THREADS"):
         os.environ[name] = "1"
     os.environ.setdefault("MPLBACKEND", "agg")
 

@@ -50,7 +50,8 @@ class Worker:
         self._store = store
         self._slots = slots
         self._lease = lease
-        self._supervisor = Supervisor(store)
+        # A second thread pays only where a processor would be idle.
+        self._supervisor = Supervisor(store, threads=2 if 2 * slots <= (os.cpu_count() or 1) else 1)
         self._pulse: Pulse | None = None
         self._changing = threading.Lock()
         self._left = threading.Event()

@@ -7,9 +7,9 @@ import numpy as np
 from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.contact.forces import PairState, add_pair, elastic_slip
 from knitlab_core.contact.law import ContactLaw, pair_potential
-from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.pairs import Candidates
 from knitlab_core.contact.samples import Samples
-from knitlab_core.contact.slip import Placed, carried_along, opened
+from knitlab_core.contact.slip import Placed, add_edge_pulls, add_pull, carried_along, opened
 from knitlab_core.jit import kernel
 from knitlab_core.rods.vectors import combine, dot, norm, row, scale, sub
 
@@ -208,7 +208,7 @@ def slip_change(before: Memory, after: Memory, ratio: float, limit: float) -> fl
 
 @kernel
 def add_load_coupling(
-    points: FloatArray,
+    placed: Placed,
     candidates: Candidates,
     samples: Samples,
     law: ContactLaw,
@@ -222,11 +222,14 @@ def add_load_coupling(
     its derivative -mu w psi'' h n^T is not symmetric and so not in the Hessian.
     Forces must have been computed in this configuration.
     """
-    w = samples.weights
+    w, points = samples.weights, placed.points
     m = w.shape[0]
+    sums, moments = np.zeros((6, 4)), np.zeros((4, 3, 3))
     for s in range(candidates.span_a.size):
         i, j = candidates.span_a[s], candidates.span_b[s]
         weight = samples.length[i] * samples.length[j]
+        sums[:] = 0.0
+        moments[:] = 0.0
         for p in range(candidates.start[s], candidates.start[s + 1]):
             if state.load[p] == 0.0:
                 continue
@@ -241,4 +244,7 @@ def add_load_coupling(
             for e in range(3):
                 for c in range(3):
                     opening += r[c] * (w[ka, e] * v[i - 1 + e, c] - w[kb, e] * v[j - 1 + e, c])
-            add_pair(-law.friction * weight * k * opening / d, state.slope[p], i, j, out)
+            force = scale(-law.friction * weight * k * opening / d, row(state.pull, p))
+            add_pull(force, ka, kb, w, row(state.anchor, p), sums, moments)
+        add_edge_pulls(i, j, placed, moments, sums)
+        add_pair(1.0, sums, i, j, out)

@@ -17,6 +17,9 @@ from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.frames import Frames, material_directors
 from knitlab_core.rods.vectors import Vector, combine, cross, dot, row, scale, sub
 
+Matrix = tuple[Vector, Vector, Vector]
+"""Rows of a 3 x 3 matrix."""
+
 
 class Placed(NamedTuple):
     """Samples and edges in one configuration.
@@ -99,9 +102,151 @@ def _edge_slope(e: Vector, i: int, placed: Placed, v: Vector) -> tuple[Vector, f
     """Return h and s with e . d(R v) = h . d(edge i) + s d(angle i)."""
     t = row(placed.tangent, i)
     along, across = dot(t, v), dot(e, t)
-    h = combine(along, e, -across, v)
-    h = combine(1.0, h, -dot(h, t), t)
+    h = combine(along, e, -across, v)  # across t as it is
     return scale(1.0 / placed.length[i], h), dot(e, cross(t, v))
+
+
+@inline_kernel
+def add_pull(
+    force: Vector, ka: int, kb: int, w: FloatArray, anchor: Vector, sums: FloatArray, moments: FloatArray
+) -> None:
+    """Add a pair's force along its slip to the sums of its span pair.
+
+    The slope of slip is linear in the direction, and its part by the edges' turns bilinear in direction and anchor:
+    `moments` (4, 3, 3) sums force times anchor for the edges i - 1, i, j - 1, j; `sums` (6, 4) sums the rest at
+    the six nodes. `add_edge_pulls` brings them together.
+    """
+    m = w.shape[0]
+    ua, ub = 0.5 * (ka + 0.5) / m, 0.5 * (kb + 0.5) / m
+    for r in range(3):
+        for n in range(3):
+            sums[n, r] += w[ka, n] * force[r]
+            sums[n + 3, r] -= w[kb, n] * force[r]
+        for c in range(3):
+            product = force[r] * anchor[c]
+            moments[0, r, c] += (0.5 - ua) * product
+            moments[1, r, c] += ua * product
+            moments[2, r, c] += (0.5 - ub) * product
+            moments[3, r, c] += ub * product
+
+
+@inline_kernel
+def _moment(n: int, i: int, placed: Placed, moments: FloatArray) -> Matrix:
+    """Return the rows of moment n, its anchors turned with edge i: the sum of e v^T."""
+    a = moments
+    return (
+        _turned(i, placed.turn, (a[n, 0, 0], a[n, 0, 1], a[n, 0, 2])),
+        _turned(i, placed.turn, (a[n, 1, 0], a[n, 1, 1], a[n, 1, 2])),
+        _turned(i, placed.turn, (a[n, 2, 0], a[n, 2, 1], a[n, 2, 2])),
+    )
+
+
+@inline_kernel
+def _times(a: Matrix, v: Vector) -> Vector:
+    """Return A v of a matrix given by its rows."""
+    return (dot(a[0], v), dot(a[1], v), dot(a[2], v))
+
+
+@inline_kernel
+def _transposed_times(a: Matrix, v: Vector) -> Vector:
+    """Return A^T v of a matrix given by its rows."""
+    return combine(1.0, combine(v[0], a[0], v[1], a[1]), v[2], a[2])
+
+
+@inline_kernel
+def _axial(a: Matrix) -> Vector:
+    """Return the sum of v x e for the sum of e v^T given by its rows."""
+    return (a[2][1] - a[1][2], a[0][2] - a[2][0], a[1][0] - a[0][1])
+
+
+@inline_kernel
+def add_edge_pulls(i: int, j: int, placed: Placed, moments: FloatArray, sums: FloatArray) -> None:
+    """Add what `moments` (4, 3, 3) of span pair i, j do to its nodes to `sums` (6, 4)."""
+    for n in range(4):
+        edge = (i if n < 2 else j) - 1 + n % 2
+        at = n if n < 2 else n + 1
+        a, t = _moment(n, edge, placed, moments), row(placed.tangent, edge)
+        h = scale(1.0 / placed.length[edge], sub(_times(a, t), _transposed_times(a, t)))
+        for c in range(3):
+            sums[at, c] += h[c]
+            sums[at + 1, c] -= h[c]
+        sums[at, 3] -= dot(_axial(a), t)
+
+
+@inline_kernel
+def _add_edge_curvature(a: Matrix, i: int, placed: Placed, square: FloatArray, at: int) -> None:
+    """Subtract the second derivatives of e . R v of edge i from `square`, its nodes' unknowns from place `at` on.
+
+    `a` is e v^T, or a sum of them. Blocks above the diagonal are left out.
+    """
+    t, inverse = row(placed.tangent, i), 1.0 / placed.length[i]
+    ahead = _times(a, t)
+    g = sub(ahead, _transposed_times(a, t))
+    h = combine(1.0, _axial(a), 1.0, cross(ahead, t))
+    h = combine(1.0, h, -dot(h, t), t)
+    both = a[0][0] + a[1][1] + a[2][2]
+    # (e x t) times the components of v, then rows of (e x t) (v x t)^T.
+    x = cross((a[0][0], a[1][0], a[2][0]), t)
+    y = cross((a[0][1], a[1][1], a[2][1]), t)
+    z = cross((a[0][2], a[1][2], a[2][2]), t)
+    ev = (cross((x[0], y[0], z[0]), t), cross((x[1], y[1], z[1]), t), cross((x[2], y[2], z[2]), t))
+    for r in range(3):
+        for c in range(3):
+            k = 0.5 * (ev[r][c] + ev[c][r]) - t[r] * g[c] - g[r] * t[c] + both * t[r] * t[c]
+            if r == c:
+                k -= both
+            k *= inverse * inverse
+            square[at + r, at + c] -= k
+            square[at + 4 + r, at + c] += k
+            square[at + 4 + r, at + 4 + c] -= k
+        k = inverse * h[r]
+        square[at + 3, at + r] += k
+        square[at + r, at + 3] += k
+        square[at + 4 + r, at + 3] -= k
+    square[at + 3, at + 3] -= dot(ahead, t) - both
+
+
+@inline_kernel
+def add_edge_curvatures(i: int, j: int, placed: Placed, moments: FloatArray, square: FloatArray) -> None:
+    """Add the second derivatives of slip that `moments` (4, 3, 3) of span pair i, j stand for to `square` (24, 24).
+
+    Unlike the slope they do not vanish where a strand is free to spin: then they are all the stiffness there is.
+    """
+    for n in range(4):
+        edge = (i if n < 2 else j) - 1 + n % 2
+        _add_edge_curvature(_moment(n, edge, placed, moments), edge, placed, square, 4 * (n if n < 2 else n + 1))
+
+
+@inline_kernel
+def turned_anchor(i: int, k: int, m: int, placed: Placed, anchor: Vector) -> tuple[Vector, Vector]:
+    """Return half an anchor as the edges i - 1 and i carry it with sample k of span i."""
+    u = 0.5 * (k + 0.5) / m
+    return scale(0.5 - u, _turned(i - 1, placed.turn, anchor)), scale(u, _turned(i, placed.turn, anchor))
+
+
+@inline_kernel
+def fill_slope(
+    e: Vector,
+    sign: float,
+    i: int,
+    k: int,
+    w: FloatArray,
+    placed: Placed,
+    turned: tuple[Vector, Vector],
+    out: FloatArray,
+    at: int,
+) -> None:
+    """Write the slope of the slip along `e` in the twelve unknowns of a strand to `out` from place `at` on.
+
+    `turned` is what `turned_anchor` gives; else as `add_slip_slope`.
+    """
+    before, turn_before = _edge_slope(e, i - 1, placed, turned[0])
+    after, turn_after = _edge_slope(e, i, placed, turned[1])
+    for c in range(3):
+        out[at + c] = sign * w[k, 0] * e[c] + before[c]
+        out[at + 4 + c] = sign * w[k, 1] * e[c] - before[c] + after[c]
+        out[at + 8 + c] = sign * w[k, 2] * e[c] - after[c]
+    out[at + 3], out[at + 7], out[at + 11] = -turn_before, -turn_after, 0.0
 
 
 @inline_kernel
@@ -124,42 +269,14 @@ def add_slip_slope(
 
 
 @inline_kernel
-def _add_edge_curvature(e: Vector, i: int, placed: Placed, v: Vector, square: FloatArray, at: int) -> None:
-    """Subtract the second derivatives of e . R v of edge i from `square`, its nodes' unknowns from place `at` on."""
-    t, inverse = row(placed.tangent, i), 1.0 / placed.length[i]
-    along_e, along_v, both = dot(e, t), dot(v, t), dot(e, v)
-    g = combine(along_v, e, -along_e, v)
-    g = combine(1.0, g, -dot(g, t), t)
-    et, vt = cross(e, t), cross(v, t)
-    h = combine(1.0, cross(v, e), along_v, et)
-    h = combine(1.0, h, -dot(h, t), t)
-    for r in range(3):
-        for c in range(3):
-            k = 0.5 * (et[r] * vt[c] + vt[r] * et[c]) - t[r] * g[c] - g[r] * t[c] + both * t[r] * t[c]
-            if r == c:
-                k -= both
-            k *= inverse * inverse
-            square[at + r, at + c] -= k
-            square[at + 4 + r, at + c] += k
-            square[at + 4 + r, at + 4 + c] -= k
-            square[at + r, at + 4 + c] += k
-        k = inverse * h[r]
-        square[at + 3, at + r] += k
-        square[at + r, at + 3] += k
-        square[at + 3, at + 4 + r] -= k
-        square[at + 4 + r, at + 3] -= k
-    square[at + 3, at + 3] -= along_e * along_v - both
-
-
-@inline_kernel
 def add_slip_curvature(
     e: Vector, i: int, k: int, m: int, placed: Placed, anchor: Vector, square: FloatArray, at: int
 ) -> None:
     """Add the second derivatives of the slip along `e` in a strand's unknowns to `square` (24, 24).
 
     Unlike the slope they do not vanish where a strand is free to spin: then they are all the stiffness there is.
-    `at` is the place of node i - 1's unknowns: 0 for strand a and 12 for b.
+    `at` is the place of node i - 1's unknowns: 0 for strand a and 12 for b. Blocks above the diagonal are left out.
     """
-    u = (k + 0.5) / m
-    _add_edge_curvature(e, i - 1, placed, scale(0.5 * (1.0 - u), _turned(i - 1, placed.turn, anchor)), square, at)
-    _add_edge_curvature(e, i, placed, scale(0.5 * u, _turned(i, placed.turn, anchor)), square, at + 4)
+    for n, v in enumerate(turned_anchor(i, k, m, placed, anchor)):
+        outer = scale(e[0], v), scale(e[1], v), scale(e[2], v)
+        _add_edge_curvature(outer, i - 1 + n, placed, square, at + 4 * n)

@@ -6,14 +6,14 @@ Pairs of one span pair share six nodes: what they add is summed first and scatte
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.contact.forces import PairState, elastic_slip
+from knitlab_core.contact.forces import PairState
 from knitlab_core.contact.law import ContactLaw, pair_potential
-from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.pairs import Candidates
 from knitlab_core.contact.samples import Samples
-from knitlab_core.contact.slip import Placed, add_slip_curvature, add_slip_slope
+from knitlab_core.contact.slip import Placed, add_edge_curvatures, add_pull, fill_slope, turned_anchor
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.blocks import Pattern
-from knitlab_core.rods.vectors import Vector, cross, dot, norm, row, scale, sub
+from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub
 
 
 @inline_kernel
@@ -92,8 +92,12 @@ def add_square(factor: float, slope: FloatArray, square: FloatArray) -> None:
     for n in range(6):
         for r in range(4):
             f = factor * slope[4 * n + r]
-            for c in range(4 * n + 4):
+            # Four columns at a time: vectors of the processor.
+            for c in range(0, 4 * n + 4, 4):
                 square[4 * n + r, c] += f * slope[c]
+                square[4 * n + r, c + 1] += f * slope[c + 1]
+                square[4 * n + r, c + 2] += f * slope[c + 2]
+                square[4 * n + r, c + 3] += f * slope[c + 3]
 
 
 @inline_kernel
@@ -116,6 +120,52 @@ def scatter_square(i: int, j: int, s: int, square: FloatArray, pattern: Pattern,
 
 @kernel
 def contact_hessian(
+    points: FloatArray,
+    candidates: Candidates,
+    samples: Samples,
+    law: ContactLaw,
+    exact: float,
+    pattern: Pattern,
+    blocks: FloatArray,
+) -> None:
+    """Add the Hessian of normal contact to the node blocks.
+
+    Parameters
+    ----------
+    points : (N m, 3) array
+        Samples in the present configuration.
+    candidates, samples, law
+        The pairs, the samples, and the contact law.
+    exact : float
+        Weight of the geometric part: 0 is Gauss-Newton.
+    pattern : Pattern
+        Where the blocks of a span's own nodes and of span pairs are stored.
+    blocks : (B, 4, 4) array
+        Block (i, j), i >= j.
+    """
+    w = samples.weights
+    m = w.shape[0]
+    acc = np.zeros((21, 6))
+    for s in range(candidates.span_a.size):
+        i, j = candidates.span_a[s], candidates.span_b[s]
+        weight = samples.length[i] * samples.length[j]
+        pressed = False
+        for p in range(candidates.start[s], candidates.start[s + 1]):
+            a, b = candidates.a[p], candidates.b[p]
+            r = sub(row(points, a), row(points, b))
+            d2 = dot(r, r)
+            if d2 >= law.reach * law.reach:
+                continue
+            if not pressed:
+                acc[:] = 0.0
+                pressed = True
+            _add_normal(r, d2, weight, law, exact, w, a - i * m, b - j * m, acc)
+        if pressed:
+            _scatter_normal(i, j, s, acc, pattern, blocks)
+
+
+@kernel
+def friction_hessian(
     placed: Placed,
     candidates: Candidates,
     samples: Samples,
@@ -125,7 +175,7 @@ def contact_hessian(
     pattern: Pattern,
     blocks: FloatArray,
 ) -> None:
-    """Add the Hessian of contact and friction to the node blocks.
+    """Add the Hessian of friction at lagged loads to the node blocks.
 
     Parameters
     ----------
@@ -134,7 +184,7 @@ def contact_hessian(
     candidates, samples, law, state
         The pairs, the samples, the contact law and the pairs' friction state.
     exact : float
-        Weight of the geometric part of contact and of the second derivatives of slip: 0 is Gauss-Newton.
+        Weight of the second derivatives of slip: 0 is Gauss-Newton.
     pattern : Pattern
         Where the blocks of a span's own nodes and of span pairs are stored.
     blocks : (B, 4, 4) array
@@ -142,48 +192,40 @@ def contact_hessian(
     """
     w, points = samples.weights, placed.points
     m = w.shape[0]
-    acc, square, slope = np.zeros((21, 6)), np.zeros((24, 24)), np.zeros((6, 4))
-    flat = slope.reshape(24)
+    square, sums, moments = np.zeros((24, 24)), np.zeros((6, 4)), np.zeros((4, 3, 3))
+    across, along = np.zeros(24), np.zeros(24)
     for s in range(candidates.span_a.size):
         i, j = candidates.span_a[s], candidates.span_b[s]
-        weight = samples.length[i] * samples.length[j]
-        pressed, rubbed = False, False
+        rubbed = False
         for p in range(candidates.start[s], candidates.start[s + 1]):
-            a, b = candidates.a[p], candidates.b[p]
-            ka, kb = a - i * m, b - j * m
-            r = sub(row(points, a), row(points, b))
-            d2 = dot(r, r)
-            if d2 < law.reach * law.reach:
-                if not pressed:
-                    acc[:] = 0.0
-                    pressed = True
-                _add_normal(r, d2, weight, law, exact, w, ka, kb, acc)
-            if law.friction == 0.0 or state.load[p] == 0.0:
+            if state.load[p] == 0.0:
                 continue
             if not rubbed:
                 square[:] = 0.0
+                moments[:] = 0.0
                 rubbed = True
-            u = elastic_slip(p, a, b, m, placed, state)
-            n, anchor, size = row(state.normal, p), row(state.anchor, p), norm(u)
+            a, b = candidates.a[p], candidates.b[p]
+            ka, kb = a - i * m, b - j * m
+            anchor, n = row(state.anchor, p), row(state.normal, p)
+            on_a, on_b = turned_anchor(i, ka, m, placed, anchor), turned_anchor(j, kb, m, placed, anchor)
+            u = sub(sub(row(points, a), row(points, b)), add(add(on_a[0], on_a[1]), add(on_b[0], on_b[1])))
+            u = combine(1.0, u, -dot(u, n), n)
+            size = norm(u)
             factor = law.friction * state.load[p] / max(size, law.slip)
             # A pair that slides resists only across its way; one that sticks resists both ways.
             e = scale(1.0 / size, u) if size > 1e-12 else _any_across(n)
-            slope[:] = 0.0
-            add_slip_slope(cross(n, e), 1.0, i, ka, w, placed, anchor, slope, 0)
-            add_slip_slope(cross(n, e), -1.0, j, kb, w, placed, anchor, slope, 3)
-            add_square(factor, flat, square)
-            if exact > 0.0:
-                pull = scale(exact * factor, u)
-                add_slip_curvature(pull, i, ka, m, placed, anchor, square, 0)
-                add_slip_curvature(pull, j, kb, m, placed, anchor, square, 12)
+            fill_slope(cross(n, e), 1.0, i, ka, w, placed, on_a, across, 0)
+            fill_slope(cross(n, e), -1.0, j, kb, w, placed, on_b, across, 12)
             if size < law.slip:
-                slope[:] = 0.0
-                add_slip_slope(e, 1.0, i, ka, w, placed, anchor, slope, 0)
-                add_slip_slope(e, -1.0, j, kb, w, placed, anchor, slope, 3)
-                add_square(factor, flat, square)
-        if pressed:
-            _scatter_normal(i, j, s, acc, pattern, blocks)
+                fill_slope(e, 1.0, i, ka, w, placed, on_a, along, 0)
+                fill_slope(e, -1.0, j, kb, w, placed, on_b, along, 12)
+                add_square(factor, along, square)
+            add_square(factor, across, square)
+            if exact > 0.0:
+                add_pull(scale(exact * factor, u), ka, kb, w, anchor, sums, moments)
         if rubbed:
+            if exact > 0.0:
+                add_edge_curvatures(i, j, placed, moments, square)
             scatter_square(i, j, s, square, pattern, blocks)
 
 

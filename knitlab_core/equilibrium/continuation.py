@@ -10,7 +10,8 @@ without drag is accepted.
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium.newton import FAR, Options, Report, coupled_step, force_scale
+from knitlab_core.equilibrium.newton import COUPLED, FAR, Options, Report, force_scale
+from knitlab_core.equilibrium.sums import length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 
@@ -65,7 +66,7 @@ def continue_to_rest(
         drag = work.shift
         step = work.solve(-residual)
         if contacts > 0:
-            step = coupled_step(work, step)
+            step = work.solve_coupled(step, COUPLED)
         fraction = work.room(q, step, options.room)
         q = q + fraction * step
         follow(q, model.rods.has_edge, frames, other)
@@ -75,11 +76,9 @@ def continue_to_rest(
         gradient = work.gradient(q, frames)
         # A linear answer would leave (1 - f) g - f c d.
         wrong = gradient * free - (1.0 - fraction) * residual + fraction * drag * step
-        size = fraction * float(np.linalg.norm(step))
-        drag = _next_drag(drag, float(np.linalg.norm(work.solve(wrong))), size, fraction)
-        if work.keep_listed(q):
-            contacts = work.lag()
-            gradient = work.gradient(q, frames)
+        size = fraction * length(step)
+        drag = _next_drag(drag, length(work.solve(wrong)), size, fraction)
+        work.keep_listed(q)
 
 
 def _next_drag(drag: float, error: float, size: float, fraction: float) -> float:

@@ -11,9 +11,10 @@ from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
-from knitlab_core.equilibrium.newton import Options, Report, blocked, coupled_step, equilibrate
+from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of
+from knitlab_core.equilibrium.sums import inner, length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import Frames, follow
@@ -78,7 +79,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray, way: Motion, ahead
     if not motion.any():
         return motion
     if ahead is not None:
-        return np.where(fixed, motion, np.linalg.norm(motion) / np.linalg.norm(ahead[fixed]) * ahead)
+        return np.where(fixed, motion, length(motion) / length(ahead * fixed) * ahead)
     if way.goes_on and state.contacts == 0:
         return np.where(fixed, motion, way.ratio * state.increment)
     if way.goes_on and state.response is not None:
@@ -178,7 +179,7 @@ def _search(
     # What drags on the fixtures is no force of the strands.
     gradient[:, :3] -= work.drag * increment[:, :3]
     reaction = np.where(model.fixed, gradient, 0.0)
-    pushed = 0.5 * np.vdot(state.reaction + reaction, increment) + np.vdot(work.loads, increment)
+    pushed = 0.5 * inner(state.reaction + reaction, increment) + inner(work.loads, increment)
     return (
         replace(
             state,
@@ -207,7 +208,7 @@ def _response(work: Workspace, motion: FloatArray, report: Report) -> FloatArray
     response = work.response(motion)
     if response is None or report.contacts == 0:
         return response
-    return motion + coupled_step(work, response - motion)
+    return motion + work.solve_coupled(response - motion, COUPLED)
 
 
 def march(

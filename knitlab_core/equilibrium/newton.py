@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium.coupled import solve_coupled
+from knitlab_core.equilibrium.sums import inner, length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 
@@ -131,11 +131,6 @@ def force_scale(work: Workspace, gradient: FloatArray) -> float:
     return max([SNAP_FLOOR if work.drag else FORCE_FLOOR, *means])
 
 
-def coupled_step(work: Workspace, step: FloatArray) -> FloatArray:
-    """Return a Newton step (N, 4) with the change of friction's loads, given the one without."""
-    return solve_coupled(lambda v: work.solve(work.load_coupling(v)), step, COUPLED)
-
-
 def _search_energy(
     work: Workspace,
     q: FloatArray,
@@ -146,8 +141,8 @@ def _search_energy(
 ) -> float:
     """Shorten a step until the energy falls; return the fraction, 0 if it never does."""
     start = work.energy(q, frames)
-    slope = min(float(np.vdot(residual, step)), 0.0)
-    size = float(np.linalg.norm(residual))
+    slope = min(inner(residual, step), 0.0)
+    size = length(residual)
     free = ~work.model.fixed
     trial_frames = frames.copy()
     for _ in range(20):
@@ -158,7 +153,7 @@ def _search_energy(
         if abs(energy - start) < 1e-9 * abs(start):
             # Too small a change for the energy to tell: let the forces decide.
             follow(trial, work.model.rods.has_edge, frames, trial_frames)
-            if np.linalg.norm(work.gradient(trial, trial_frames) * free) < size:
+            if length(work.gradient(trial, trial_frames) * free) < size:
                 return fraction
         fraction *= 0.5
     return 0.0
@@ -185,7 +180,7 @@ def _search_balance(
         work.move_to(trial, trial_frames)
         contacts = work.lag()
         gradient = work.gradient(trial, trial_frames)
-        rest = float(np.linalg.norm(work.solve(gradient * free)))
+        rest = length(work.solve(gradient * free))
         # Friction may have to get worse before it gets better: the shortest step is taken as it is.
         if rest <= (1.0 - 0.25 * fraction) * size or fraction <= shortest:
             return fraction, gradient, contacts
@@ -255,8 +250,8 @@ def equilibrate(
             return q, frames, gradient, report
         step = work.solve(-residual)
         if loads.following and (poles_rub or (model.law.friction > 0.0 and contacts > 0)):
-            size = float(np.linalg.norm(step))
-            step = coupled_step(work, step)
+            size = length(step)
+            step = work.solve_coupled(step, COUPLED)
             fraction = work.room(q, step, options.room)
             fraction, gradient, contacts = _search_balance(work, q, frames, step, size, fraction, other)
             if loads.snap(fraction):
@@ -270,6 +265,5 @@ def equilibrate(
             gradient = None
         q = q + fraction * step
         frames, other = other, frames
-        if work.keep_listed(q):
-            gradient = None
+        work.keep_listed(q)
         iteration += 1

@@ -4,7 +4,7 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.bonds import Bonds
-from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.pairs import Candidates
 from knitlab_core.jit import kernel
 from knitlab_core.rods.blocks import Pattern
 
@@ -47,6 +47,37 @@ def update_pattern(pattern: Pattern, n: int, candidates: Candidates | Bonds) -> 
 
 
 @kernel
+def _locate(pattern: Pattern, span_a: IndexArray, span_b: IndexArray, across: IndexArray) -> bool:
+    """Fill the blocks of span pairs, -1 where there are none; return whether all were found."""
+    whole = True
+    rows, n = pattern.rows, pattern.diagonal.size
+    for s in range(span_a.size):
+        first = span_b[s] - 1
+        for y in range(3):
+            # A column's blocks stand together, its diagonal first; a span's three rows follow each other.
+            column = span_a[s] - 1 + y
+            at = pattern.diagonal[column]
+            end = pattern.diagonal[column + 1] if column + 1 < n else rows.size
+            while at < end and rows[at] < first:
+                at += 1
+            found = at + 2 < end and rows[at] == first and rows[at + 1] == first + 1 and rows[at + 2] == first + 2
+            if not found:
+                across[s, 0] = -1
+                whole = False
+                break
+            for x in range(3):
+                across[s, 3 * x + y] = at + x
+    return whole
+
+
+def locate_across(pattern: Pattern, candidates: Candidates) -> tuple[IndexArray, bool]:
+    """Return the blocks (S, 9) of span pairs in a pattern, and whether it has them all; -1 comes first where not."""
+    across = np.empty((candidates.span_a.size, 9), dtype=np.int64)
+    whole = _locate(pattern, candidates.span_a, candidates.span_b, across)
+    return across, whole
+
+
+@kernel
 def fix_unknowns(pattern: Pattern, fixed: BoolArray, blocks: FloatArray) -> None:
     """Make rows and columns of fixed unknowns those of the unit matrix."""
     for b in range(pattern.rows.size):
@@ -55,6 +86,15 @@ def fix_unknowns(pattern: Pattern, fixed: BoolArray, blocks: FloatArray) -> None
             for c in range(4):
                 if fixed[i, r] or fixed[j, c]:
                     blocks[b, r, c] = 1.0 if i == j and r == c else 0.0
+
+
+@kernel
+def free_only(fixed: BoolArray, v: FloatArray) -> None:
+    """Set a vector (N, 4) to zero at fixed unknowns."""
+    for i in range(v.shape[0]):
+        for c in range(4):
+            if fixed[i, c]:
+                v[i, c] = 0.0
 
 
 @kernel

@@ -8,10 +8,9 @@ step of pseudo-time 1 / c. Only what is found without drag is an equilibrium.
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
+from knitlab_core.equilibrium.sums import inner
 from knitlab_core.equilibrium.workspace import Workspace
 
 BRISK = Options(max_iterations=25)
@@ -87,7 +86,7 @@ def counted(before: State, after: State) -> State:
     The work of fixtures is taken by the trapezium rule, which errs by no more than half the change of their force
     times their way as long as that force goes one way.
     """
-    wrong = 0.5 * abs(float(np.vdot(after.reaction - before.reaction, after.increment)))
+    wrong = 0.5 * abs(inner(after.reaction - before.reaction, after.increment))
     return _with_loss(before, after) if kept(before) - kept(after) > wrong else after
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import STEADY, Lead
 from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.sums import inner, length
 
 LARGEST_CHANGE = 0.5
 """Largest change of slip in a step; see `friction.slip_change`."""
@@ -57,11 +58,11 @@ class Motion:
     @classmethod
     def of(cls, state: State, motion: FloatArray, fixed: BoolArray) -> "Motion":
         """Compare a motion (N, 4) of the fixed unknowns with the increment of the last equilibrium."""
-        before, now = state.increment[fixed], motion[fixed]
-        length, last = float(np.linalg.norm(now)), float(np.linalg.norm(before))
-        if length == 0.0 or last == 0.0:
+        before, now = state.increment * fixed, motion * fixed
+        travel, last = length(now), length(before)
+        if travel == 0.0 or last == 0.0:
             return cls(0.0, 0.0)
-        return cls(length / last, float(before @ now) / (length * last))
+        return cls(travel / last, inner(before, now) / (travel * last))
 
     @property
     def goes_on(self) -> bool:

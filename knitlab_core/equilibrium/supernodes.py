@@ -37,6 +37,7 @@ class Factorisation(NamedTuple):
     source: IndexArray
     target: IndexArray
     flipped: BoolArray
+    operations: float
 
 
 @kernel
@@ -154,4 +155,5 @@ def analyse(pattern: Pattern, positions: FloatArray | None = None) -> Factorisat
         source=source,
         target=target,
         flipped=(i < j)[source],
+        operations=tree.operations,
     )

@@ -2,30 +2,32 @@
 
 import numpy as np
 
-from knitlab_core.arrays import FloatArray
-from knitlab_core.contact.forces import PairState, contact_energy, contact_gradient, lag
-from knitlab_core.contact.friction import STEADY, Lead, Memory, add_load_coupling, recall, settle, step_law
-from knitlab_core.contact.neighbours import Candidates, find_candidates, largest_approach, largest_fraction
+from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.friction import STEADY, Lead, Memory, step_law
+from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
-from knitlab_core.contact.stiffness import contact_hessian
 from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.cholesky import BlockCholesky
+from knitlab_core.equilibrium.contacts import Contacts
+from knitlab_core.equilibrium.coupled import make_basis, solve_coupled
 from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
-from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern, multiply, update_pattern
+from knitlab_core.equilibrium.pattern import fix_unknowns, free_only, make_pattern, multiply
 from knitlab_core.equilibrium.poles import PoleMemory, Poles
 from knitlab_core.equilibrium.stopwatch import Cost, Stopwatch
+from knitlab_core.equilibrium.sums import inner
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.stiffness import rod_hessian
-
-SKIN = 0.6
-"""Extra distance within which pairs are candidates [r]."""
+from knitlab_core.threads import both
 
 PATTERN_SKIN = 1.0
-"""The same for the pattern of the stiffness, which is dearer to rebuild."""
+"""Extra distance within which sample pairs have blocks in the stiffness [r]: blocks that stay empty cost time too."""
+
+HALVES_FROM = 4000
+"""Nodes from which rods are assembled in halves: below, waiting for a thread on a busy machine costs what it saves."""
 
 SMALLEST_SHIFT = 1e-8
 LARGEST_SHIFT = 1e6
@@ -34,7 +36,7 @@ SHIFT_GROWTH = 10.0
 
 
 class Workspace:
-    """Buffers of one model: candidate pairs, stiffness blocks and their factor.
+    """Buffers of one model: pairs in contact, stiffness blocks and their factor.
 
     Parameters
     ----------
@@ -53,6 +55,8 @@ class Workspace:
         Newton iterations and factorisations so far, those of failed searches and snaps included.
     placed : Placed
         Samples and edges in the configuration last moved to.
+    contacts : Contacts
+        Pairs of samples that touch or rub.
     fused : Fused or None
         Bonds that hold; None where strands do not fuse.
     poles : Poles or None
@@ -61,8 +65,6 @@ class Workspace:
         Resistance of every node to its motion since the step began [E r], as by a viscous fluid; nought but in snaps.
     """
 
-    candidates: Candidates
-    pairs: PairState
     pattern: Pattern
 
     def __init__(self, model: Model) -> None:
@@ -73,23 +75,20 @@ class Workspace:
         self.clock = Stopwatch()
         self.spent = Cost()
         self.placed = Placed.zeros(n, samples)
+        self.contacts = Contacts(self.placed, model.samples)
         self.fused: Fused | None = None
         self.poles = None if model.hooks is None else Poles(model.hooks, model.law.slip)
         self.drag = 0.0
         self._origin = np.zeros((n, 4))
-        self._base = np.zeros((samples, 3))
         self._base_frames = np.zeros((n, 3, 3))
-        self._moves = np.zeros((samples, 3))
         self._trial = Frames.zeros(n)
-        self._listed = np.zeros((n, 3))
-        self._memory = Memory.empty()
-        self._lead = STEADY
+        self._basis = make_basis(4 * n)
         self._law = model.law
+        self._pull: tuple[FloatArray, BlockCholesky | None] | None = None
         self._shift = 0.0
         self._hold: FloatArray | None = None
         self._made: tuple[FloatArray, FloatArray | None] | None = None
         self._linear: BlockCholesky | None = None
-        self._pull: tuple[FloatArray, BlockCholesky | None] | None = None
         self.blocks = np.zeros((0, 4, 4))
 
     @property
@@ -106,20 +105,21 @@ class Workspace:
         poles: PoleMemory | None = None,
         lead: Lead = STEADY,
     ) -> None:
-        """Begin at an equilibrium: list its pairs and recall what friction remembers of them, and of poles.
+        """Begin at an equilibrium: list what is near and recall what friction remembers of them, and of poles.
 
         `hold` (B,) is the share of its stiffness that each bond has, by default all of it; `lead` how slip is
         extrapolated in the step.
         """
-        self._memory, self._lead = memory, lead
         self._law = step_law(self.model.law, lead)
         self._fuse(hold)
         self._origin = q.copy()
         if self.poles is not None:
             self.poles.start(q, poles)
-        sample_points(q, self.model.samples, self._base)
         material_frames(q, self.model.rods.has_edge, frames, self._base_frames)
-        self._list_pairs(q)
+        with self.clock("neighbours"):
+            self.contacts.start(q, memory, self.model.law, lead)
+        if self._linear is None or not self._parts_fit():
+            self._analyse(q)
         self.move_to(q, frames)
 
     def _fuse(self, hold: FloatArray | None) -> None:
@@ -136,65 +136,44 @@ class Workspace:
     def go_on(self, carried: Carried) -> None:
         """Go on where another workspace of the same model stood."""
         self._fuse(carried.hold)
-        self.pattern, self._shift = self._analyse(carried.q), carried.shift
+        self._analyse(carried.q)
+        self._shift = carried.shift
 
     def keep_listed(self, q: FloatArray) -> bool:
-        """List the pairs anew if any two strands may have approached by more than the skin; say whether."""
+        """List what is near again if strands may have approached by much of the skin; say whether. Forces stay."""
         with self.clock("neighbours"):
-            reach = self.model.law.distance + SKIN
-            spare = SKIN - self.model.law.onset
-            approach = largest_approach(self._listed, q[:, :3] - self._listed, reach, spare)
-        if approach > spare:
-            self._list_pairs(q)
-            return True
-        return False
+            return self.contacts.keep_listed(q, self.model.law)
 
-    def _list_pairs(self, q: FloatArray) -> None:
-        samples, law = self.model.samples, self.model.law
-        with self.clock("neighbours"):
-            self.candidates = find_candidates(q, samples, law, SKIN)
-            self.pairs = recall(self._memory, self.candidates, self._base, self._lead)
-            self._listed = q[:, :3].copy()
-        n = len(q)
-        kept = None
-        if self._linear is not None:
-            kept = self._fit(self.pattern, n)
-        if kept is None:
-            kept = self._fit(self._analyse(q), n)
-        if kept is None:
-            msg = "a list of pairs within the wider skin must contain those within the skin"
-            raise RuntimeError(msg)
-        self.pattern = kept
-
-    def _analyse(self, q: FloatArray) -> Pattern:
-        """Return a pattern with room to move in about `q`, and make ready to factor it."""
+    def _analyse(self, q: FloatArray) -> None:
+        """Make a pattern with room to move in about `q`, and make ready to factor it."""
         with self.clock("analyse"):
             bonds = None if self.fused is None else self.fused.bonds
-            wide = make_pattern(len(q), find_candidates(q, self.model.samples, self.model.law, PATTERN_SKIN), bonds)
-            self._linear = BlockCholesky(wide, q[:, :3])
-            self.blocks = np.zeros((wide.rows.size, 4, 4))
+            near = find_candidates(q, self.model.samples, self.model.law, PATTERN_SKIN)
+            self.pattern = make_pattern(len(q), near, bonds)
+            self._linear = BlockCholesky(self.pattern, q[:, :3])
+            self.blocks = np.zeros((self.pattern.rows.size, 4, 4))
             self._made = q.copy(), self._hold
-            return wide
+        if not self._parts_fit():
+            msg = "a pattern made for bonds must contain them"
+            raise RuntimeError(msg)
 
-    def _fit(self, pattern: Pattern, n: int) -> Pattern | None:
-        """Fit pairs and bonds into a pattern, or return None if they need blocks it lacks."""
-        if not all(part.fit(pattern, n) for part in self._parts):
-            return None
-        return update_pattern(pattern, n, self.candidates)
+    def _parts_fit(self) -> bool:
+        """Fit bonds and poles into the pattern; return False if they need blocks it lacks."""
+        return all(part.fit(self.pattern, len(self.model.fixed)) for part in self._parts)
 
     def move_to(self, q: FloatArray, frames: Frames) -> None:
-        """Place samples and edges in configuration `q`."""
+        """Place samples and edges in configuration `q`, and find what touches there."""
         sample_points(q, self.model.samples, self.placed.points)
         place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
+        self.contacts.place(q, self.model.law)
         for part in self._parts:
             part.place(q, self.model.rods.has_edge, frames)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
-        m = self.model
         if self.poles is not None:
             self.poles.lag()
-        return lag(self.placed, self.candidates, m.samples.length, self._law, self.pairs)
+        return self.contacts.lag(self._law)
 
     def energy(self, q: FloatArray, source: Frames) -> float:
         """Return elastic, contact and friction energy less the work of dead loads; moves samples."""
@@ -203,18 +182,15 @@ class Workspace:
             follow(q, model.rods.has_edge, source, self._trial)
             elastic = sum(rod_energy(q, model.rods, self._trial))
             self.move_to(q, self._trial)
-            normal, friction = contact_energy(self.placed, self.candidates, model.samples.length, self._law, self.pairs)
-            total = float(elastic + normal + friction - np.vdot(self.loads, q))
+            total = elastic + self.contacts.energy(self._law) - inner(self.loads, q)
             if self.drag:
                 moved = q[:, :3] - self._origin[:, :3]
-                total += 0.5 * self.drag * float(np.vdot(moved, moved))
+                total += 0.5 * self.drag * inner(moved, moved)
             return sum((part.energy() for part in self._parts), total)
 
     def parts(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return stretching, bending, twisting and contact energy (4,) at the placed samples."""
-        model = self.model
-        normal, _ = contact_energy(self.placed, self.candidates, model.samples.length, model.law, self.pairs)
-        return np.array([*rod_energy(q, model.rods, frames), normal])
+        return np.array([*rod_energy(q, self.model.rods, frames), self.contacts.normal_energy(self.model.law)])
 
     def gradient(self, q: FloatArray, frames: Frames) -> FloatArray:
         """Return the gradient (N, 4) at the placed samples, fixed unknowns included."""
@@ -222,7 +198,7 @@ class Workspace:
         with self.clock("gradient"):
             g = -self.loads
             rod_gradient(q, model.rods, frames, g)
-            contact_gradient(self.placed, self.candidates, model.samples, self._law, self.pairs, g)
+            self.contacts.add_gradient(self._law, g)
             if self.drag:
                 g[:, :3] += self.drag * (q[:, :3] - self._origin[:, :3])
             for part in self._parts:
@@ -241,17 +217,34 @@ class Workspace:
         contacts : float
             Weight of the second derivatives of distance and slip: without them contacts only add stiffness.
         """
-        model = self.model
+        if not self.contacts.fits(self.pattern):
+            self._analyse(q)
+            self.contacts.part(self.pattern)
         with self.clock("assembly"):
             self.blocks[:] = 0.0
-            rod_hessian(q, model.rods, frames, 1.0, self.pattern, self.blocks)
-            pairs, pattern = self.pairs, self.pattern
-            listed = self.candidates
-            contact_hessian(self.placed, listed, model.samples, self._law, contacts, pairs, pattern, self.blocks)
+            self._add_rods(q, frames)
+            self.contacts.add_hessian(self._law, contacts, self.pattern, self.blocks)
             if self.drag:
                 self.blocks[self.pattern.diagonal[:, None], range(3), range(3)] += self.drag
             for part in self._parts:
                 part.add_hessian(contacts, self.blocks)
+
+    def _add_rods(self, q: FloatArray, frames: Frames) -> None:
+        """Add the rods' stiffness to the blocks; in two halves that share no block, then the nodes between them."""
+        if len(q) < HALVES_FROM:
+            rod_hessian(q, self.model.rods, frames, 1.0, self.pattern, self.blocks)
+            return
+        rods, node = self.model.rods, np.arange(len(q))
+        middle = len(q) // 2
+
+        def add(part: BoolArray) -> None:
+            own = rods._replace(has_edge=rods.has_edge & part, is_inner=rods.is_inner & part)
+            rod_hessian(q, own, frames, 1.0, self.pattern, self.blocks)
+
+        # A node acts on its two neighbours.
+        first, second = node < middle, node > middle + 1
+        both(lambda: add(first), lambda: add(second))
+        add(~(first | second))
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""
@@ -266,7 +259,7 @@ class Workspace:
     def keep_pull(self, motion: FloatArray) -> None:
         """Keep what a motion (N, 4) of the fixtures pulls at the free unknowns; call between assembly and factor."""
         pull = self.stiffness_times(motion)
-        pull[self.model.fixed] = 0.0
+        free_only(self.model.fixed, pull)
         self._pull = pull, self._linear
 
     def response(self, motion: FloatArray) -> FloatArray | None:
@@ -312,31 +305,30 @@ class Workspace:
         """Return the change of the free forces by friction's loads when the strands move by `v`."""
         model = self.model
         out = np.zeros_like(v)
-        add_load_coupling(self.placed.points, self.candidates, model.samples, self._law, self.pairs, v, out)
+        self.contacts.add_load_coupling(self._law, v, out)
         if self.poles is not None:
             self.poles.add_load_coupling(v, out)
-        out[model.fixed] = 0.0
+        free_only(model.fixed, out)
         return out
+
+    def solve_coupled(self, step: FloatArray, tolerance: float) -> FloatArray:
+        """Return a Newton step (N, 4) that brings friction's loads along, of the one that holds them.
+
+        `tolerance` is that of its residual, relative to `step`.
+        """
+        return solve_coupled(lambda v: self.solve(self.load_coupling(v)), step, tolerance, self._basis)
 
     def room(self, q: FloatArray, step: FloatArray, share: float) -> float:
         """Return the largest fraction of a step in which no strands can pass through each other.
 
-        Call with samples placed at `q`. Candidates use at most `share` of the
-        way to their neighbour's core; others are farther than contact plus skin.
+        Call with samples placed at `q`. Pairs use at most `share` of the way to their neighbour's core.
         """
-        model = self.model
         with self.clock("neighbours"):
-            sample_points(step, model.samples, self._moves)
-            part = largest_fraction(self.placed.points, self._moves, self.candidates, model.law, share)
-            reach = model.law.distance + SKIN
-            used = largest_approach(self._listed, q[:, :3] - self._listed, reach, 0.1)
-            limit = SKIN + model.law.overlap_limit - used
-            approach = largest_approach(q, step, reach, limit)
-        return part if approach <= limit else min(part, limit / approach)
+            return self.contacts.room(q, step, share, self.model.law)
 
     def settle(self) -> tuple[Memory, PoleMemory, float]:
         """Accept the placed samples as an equilibrium; return what friction remembers, and its work."""
-        memory, work = settle(self.placed, self._base, self.candidates, self.model.law, self.pairs, self._lead)
+        memory, work = self.contacts.settle(self.model.law)
         if self.poles is None:
             return memory, PoleMemory.empty(), work
         poles, rubbed = self.poles.settle()

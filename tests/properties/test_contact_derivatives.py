@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from knitlab_core.contact.friction import add_load_coupling
-from knitlab_core.contact.stiffness import contact_hessian
+from knitlab_core.contact.stiffness import contact_hessian, friction_hessian
 from knitlab_core.equilibrium.pattern import make_pattern, multiply
 from tests.contact_scenes import Touch, straight, touch, unit_model
 
@@ -75,7 +75,9 @@ def stiffness(tangle: Tangle, exact: float = 1.0) -> FloatArray:
     m = scene.model
     pattern = make_pattern(len(q), scene.candidates)
     blocks = np.zeros((pattern.rows.size, 4, 4))
-    contact_hessian(scene.placed(q), scene.candidates, m.samples, m.law, exact, scene.pairs, pattern, blocks)
+    placed = scene.placed(q)
+    contact_hessian(placed.points, scene.candidates, m.samples, m.law, exact, pattern, blocks)
+    friction_hessian(placed, scene.candidates, m.samples, m.law, exact, scene.pairs, pattern, blocks)
     columns = []
     for unit in np.eye(q.size):
         column = np.zeros_like(q)
@@ -177,7 +179,7 @@ def test_load_coupling_against_differences_of_friction_with_loads_that_follow(se
     way = np.random.default_rng(seed).normal(size=q.shape)
     coupling = np.zeros_like(q)
     scene.gradient(q)
-    add_load_coupling(scene.placed(q).points, scene.candidates, m.samples, m.law, scene.pairs, way, coupling)
+    add_load_coupling(scene.placed(q), scene.candidates, m.samples, m.law, scene.pairs, way, coupling)
     size = np.abs(coupling).max()
     assume(size > 0.0)
 

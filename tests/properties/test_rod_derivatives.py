@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.pairs import Candidates
 from knitlab_core.equilibrium.pattern import make_pattern, multiply
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow

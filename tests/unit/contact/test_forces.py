@@ -43,7 +43,7 @@ def test_core_has_infinite_energy() -> None:
     scene = touch(model, state)
     sunk = state.q.copy()
     sunk[7:, 2] -= 0.9
-    assert scene.energies(sunk) == (np.inf, np.inf)
+    assert scene.energies(sunk)[0] == np.inf
 
 
 @pytest.mark.parametrize("way", [0.01, 0.2])

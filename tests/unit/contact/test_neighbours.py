@@ -9,13 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knitlab_core.contact.neighbours import find_candidates, largest_approach, largest_fraction
-from knitlab_core.equilibrium.workspace import SKIN, Workspace
+from knitlab_core.contact.approach import largest_approach
+from knitlab_core.contact.neighbours import find_candidates, list_spans
+from knitlab_core.contact.pairs import Balls, fill_balls, largest_fraction
+from knitlab_core.equilibrium.contacts import SKIN
+from knitlab_core.equilibrium.workspace import Workspace
 from tests.contact_scenes import sampled, straight, unit_model
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
-    from knitlab_core.contact.neighbours import Candidates
+    from knitlab_core.contact.pairs import Candidates
     from knitlab_core.equilibrium.model import Model
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -113,8 +116,26 @@ def test_kept_list_holds_every_pair_that_acts(seed: int, scale: float) -> None:
     for _ in range(6):
         q[:, :3] += q[:, :3] @ rng.normal(0.0, 0.2 * scale, (3, 3)) + rng.normal(0.0, scale, (len(q), 3))
         work.keep_listed(q)
+        work.move_to(q, state.frames)
         points = sampled(model, q)
-        assert keys(work.candidates, len(points)) >= all_pairs(model, points, model.law.reach)
+        assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
+
+
+@given(seed=SEEDS, scale=st.floats(0.01, 5.0))
+@settings(deadline=None, max_examples=40)
+def test_a_step_with_room_touches_no_pair_that_is_not_listed(seed: int, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    model, state = unit_model(tangle(seed, 3, 12, 6.0), sample_spacing=0.7)
+    work = Workspace(model)
+    work.start_step(state.q, state.frames, state.memory)
+    q = state.q.copy()
+    for _ in range(4):
+        step = rng.normal(0.0, scale, q.shape)
+        q += work.room(q, step, 0.9) * step
+        work.move_to(q, state.frames)
+        points = sampled(model, q)
+        assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
+        work.keep_listed(q)
 
 
 def crossed(gap: float) -> list[FloatArray]:
@@ -123,17 +144,21 @@ def crossed(gap: float) -> list[FloatArray]:
 
 
 def test_list_is_renewed_before_a_pair_comes_within_reach() -> None:
-    # Reach is the touching distance and the onset of the force; the skin must cover both.
-    model, state = unit_model(crossed(2.0 + SKIN + 0.005))
+    # Balls of spans of two radii hold more than their samples: strands farther apart than both are not listed.
+    gap = 2.0 + SKIN + 2.01
+    model, state = unit_model(crossed(gap))
     work = Workspace(model)
     work.start_step(state.q, state.frames, state.memory)
-    assert work.candidates.a.size == 0
+    spans = work.contacts.spans
+    assert not ((spans.a < 11) & (spans.b >= 11)).any()
     q = state.q.copy()
-    for _ in range(100):
-        q[11:, 2] -= 0.01
+    for _ in range(250):
+        q[11:, 2] -= 0.02
         work.keep_listed(q)
+        work.move_to(q, state.frames)
         points = sampled(model, q)
-        assert keys(work.candidates, len(points)) >= all_pairs(model, points, model.law.reach)
+        assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
+    assert work.contacts.touching.a.size > 0
 
 
 @given(seed=SEEDS, scale=st.floats(0.01, 20.0), share=st.floats(0.05, 0.95))
@@ -144,10 +169,15 @@ def test_largest_fraction_is_safe_and_not_smaller_than_it_must(seed: int, scale:
     x = [straight((0, 0, 1.3 * k), (np.cos(k), np.sin(k), 0), 16.0) + rng.uniform(-0.1, 0.1, (9, 3)) for k in range(3)]
     model, state = unit_model(x, sample_spacing=0.5)
     candidates = find_candidates(state.q, model.samples, model.law, SKIN)
-    points = sampled(model, state.q)
-    moves = sampled(model, rng.normal(0.0, scale, state.q.shape))
-    fraction = largest_fraction(points, moves, candidates, model.law, share)
+    balls, move_balls = Balls.zeros(len(state.q)), Balls.zeros(len(state.q))
+    spans = list_spans(state.q, model.samples, 100.0, balls)
+    points, step = sampled(model, state.q), rng.normal(0.0, scale, state.q.shape)
+    fill_balls(step, model.samples.spans, move_balls)
+    moves = sampled(model, step)
     core = model.law.distance - model.law.overlap_limit
+    fraction = largest_fraction(
+        points, moves, balls, move_balls, spans, model.samples, model.law.exclusion, core, share
+    )
     apart = points[candidates.a] - points[candidates.b]
     move = moves[candidates.a] - moves[candidates.b]
     room = share * (np.linalg.norm(apart, axis=1) - core)

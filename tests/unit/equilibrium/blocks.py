@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from knitlab_core.contact.neighbours import Candidates
+from knitlab_core.contact.pairs import Candidates
 from knitlab_core.equilibrium.pattern import make_pattern
 
 if TYPE_CHECKING:

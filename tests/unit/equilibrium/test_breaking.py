@@ -163,7 +163,7 @@ def test_a_bond_acts_where_no_contact_is_listed() -> None:
     model, state = crossed(BondLaw(fuse_gap=3.1, patch_radius=0.4, strength=1.0), gap=3.0)
     work = Workspace(model)
     *_, (_, end, report) = march(work, state, lambda s: lifted(state, 0.5 * s), longest=0.25)
-    assert work.candidates.a.size == 0
+    assert work.contacts.touching.a.size == 0
     assert end.bonds.load.max() > 0.0
     assert end.q[6, 2] > 0.05
     assert report.iterations <= 6

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options
@@ -28,7 +29,8 @@ def test_strands_that_press_are_in_contact_and_straight_ones_are_not() -> None:
     apart = Workspace(model)
     apart.start_step(state.q, state.frames, state.memory)
     assert apart.lag() == 0
-    assert apart.candidates.a.size > 0
+    assert apart.contacts.spans.a.size > 0
+    assert apart.contacts.touching.a.size == 0
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95])
@@ -40,7 +42,8 @@ def test_room_ends_before_cores_overlap(share: float) -> None:
     assert 0.0 < fraction < 0.3
     work.move_to(state.q + fraction * down, state.frames)
     points = work.placed.points
-    gaps = np.linalg.norm(points[work.candidates.a] - points[work.candidates.b], axis=1)
+    near = find_candidates(state.q + fraction * down, work.model.samples, work.model.law, 0.0)
+    gaps = np.linalg.norm(points[near.a] - points[near.b], axis=1)
     assert gaps.min() > work.model.law.distance - work.model.law.overlap_limit
 
 
@@ -88,14 +91,15 @@ def test_dead_loads_bend_a_clamped_strand_as_a_beam() -> None:
 
 
 def test_the_list_follows_strands_that_move_far() -> None:
-    model, state = crossing(gap=6.0)
+    model, state = crossing(gap=8.4)
     work = Workspace(model)
     work.start_step(state.q, state.frames, state.memory)
-    assert work.candidates.a.size == 0
+    assert work.contacts.touching.a.size == 0
     q = state.q.copy()
-    q[17:, 2] -= 5.5
-    work.keep_listed(q)
-    assert work.candidates.a.size > 0
+    q[17:, 2] -= 8.5
+    assert work.keep_listed(q)
+    work.move_to(q, state.frames)
+    assert work.contacts.touching.a.size > 0
 
 
 def test_times_are_kept_by_part() -> None:
