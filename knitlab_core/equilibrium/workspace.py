@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.friction import STEADY, Lead, Memory, step_law
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
@@ -20,7 +20,7 @@ from knitlab_core.equilibrium.sums import inner
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
-from knitlab_core.rods.stiffness import rod_hessian
+from knitlab_core.rods.stiffness import add_rod_hessian, rod_hessian
 from knitlab_core.threads import both
 
 PATTERN_SKIN = 1.0
@@ -234,17 +234,14 @@ class Workspace:
         if len(q) < HALVES_FROM:
             rod_hessian(q, self.model.rods, frames, 1.0, self.pattern, self.blocks)
             return
-        rods, node = self.model.rods, np.arange(len(q))
-        middle = len(q) // 2
+        rods, middle = self.model.rods, len(q) // 2
 
-        def add(part: BoolArray) -> None:
-            own = rods._replace(has_edge=rods.has_edge & part, is_inner=rods.is_inner & part)
-            rod_hessian(q, own, frames, 1.0, self.pattern, self.blocks)
+        def add(first: int, last: int) -> None:
+            add_rod_hessian(q, rods, frames, 1.0, self.pattern, self.blocks, first, last)
 
-        # A node acts on its two neighbours.
-        first, second = node < middle, node > middle + 1
-        both(lambda: add(first), lambda: add(second))
-        add(~(first | second))
+        # A span acts on its two neighbours.
+        both(lambda: add(0, middle), lambda: add(middle + 2, len(q)))
+        add(middle, middle + 2)
 
     def stiffness_times(self, v: FloatArray) -> FloatArray:
         """Return K v for the assembled stiffness; call before `factor`."""

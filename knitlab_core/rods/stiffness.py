@@ -41,19 +41,42 @@ def rod_hessian(q: FloatArray, rods: Rods, frames: Frames, exact: float, pattern
     blocks : (B, 4, 4) array
         Block (i, j), i >= j, has rows of node i and columns of node j.
     """
+    add_rod_hessian(q, rods, frames, exact, pattern, blocks, 0, q.shape[0])
+
+
+@kernel
+def add_rod_hessian(
+    q: FloatArray,
+    rods: Rods,
+    frames: Frames,
+    exact: float,
+    pattern: Pattern,
+    blocks: FloatArray,
+    first: int,
+    last: int,
+) -> None:
+    """Do so for the spans of nodes `first` to `last` - 1 and the edges that leave them: these act on one node more."""
     e = (NOTHING, NOTHING, NOTHING)
-    for i in range(q.shape[0]):
+    if first > 0 and rods.has_edge[first - 1]:
+        e = _triad(first - 1, q, frames)
+    for i in range(first, last):
         if not rods.has_edge[i]:
             continue
-        t = row(frames.tangent, i)
-        m1, m2 = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
-        f = (t, m1, m2)
+        f = _triad(i, q, frames)
+        t = f[0]
         if rods.is_inner[i]:
             _add_span(i, q, rods, frames, exact, e, f, pattern, blocks)
         for end in (i, i + 1):
             if not rods.is_inner[end]:
                 _add_end(i, end, t, rods, frames, exact, pattern, blocks)
         e = f
+
+
+@inline_kernel
+def _triad(i: int, q: FloatArray, frames: Frames) -> Triad:
+    t = row(frames.tangent, i)
+    m1, m2 = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+    return t, m1, m2
 
 
 @inline_kernel
