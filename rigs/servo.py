@@ -169,9 +169,8 @@ class Search:
         root = None if guess is None else find_root(values, first, guess, np.stack([here - reach, here + reach]))
         if root is None or self.tried is None:
             raise self.failure or ConvergenceError("no travel of the axes meets what is asked of them")
-        return Settled(
-            step=replace(self.tried, cost=self.cost), crosshead=self.crosshead(step), met=root.met, slope=root.slope
-        )
+        step = replace(self.tried, cost=self.cost)
+        return Settled(step=step, crosshead=self.crosshead(step), met=root.met, slope=root.slope)
 
     def crosshead(self, step: Step) -> dict[Axis, float]:
         """Return where the crossheads stand at an equilibrium [m]."""

@@ -259,7 +259,7 @@ def march(
         span = duration * (end - begin)
         guess = ahead if origin is state else None
         found, report = advance(work, origin, path(end), options, duration=span, ahead=guess)
-        if found is None and control.may_snap and np.isfinite(report.residual):
+        if found is None and np.isfinite(report.residual) and control.tries_snap():
             return _snap(work, origin, path(end), options, span)
         if found is not None and (report.continued or report.iterations > EASY):
             found = counted(origin, found)

@@ -108,10 +108,13 @@ class StepControl:
         Longest step, a whole part of the way.
     step : float
         The next step.
+    snap_tried : bool
+        Whether a snap was tried since the last equilibrium.
     """
 
     longest: float
     step: float
+    snap_tried: bool = False
 
     @classmethod
     def of(cls, longest: float, pace: Pace, *, turns: bool) -> "StepControl":
@@ -126,10 +129,11 @@ class StepControl:
         to = at + self.step if abs(steps - round(steps)) < 1e-6 else self.step * float(np.ceil(steps))
         return 1.0 if to > 1.0 - 1e-9 else to
 
-    @property
-    def may_snap(self) -> bool:
-        """Whether a search that fails is one of strands that snap."""
-        return self.step < 1.5 * SNAP * self.longest
+    def tries_snap(self) -> bool:
+        """Whether a search that failed is taken for one of strands that snap: at a short step, and at the shortest."""
+        short = self.step < 1.5 * SNAP * self.longest and not self.snap_tried
+        self.snap_tried = self.snap_tried or short
+        return short or self.step < 2.0 * SMALLEST * self.longest
 
     def cut(self) -> bool:
         """Halve the step after a search that failed; return False if it is as short as may be."""
@@ -146,6 +150,7 @@ class StepControl:
 
     def accept(self, at: float, change: float) -> None:
         """Choose the next step after one that ended at `at`; it grows only where the longer one is on its own grid."""
+        self.snap_tried = False
         doubled = at / (2.0 * self.step)
         if self.step < self.longest and change <= GROW and abs(doubled - round(doubled)) < 1e-6:
             self.step = min(2.0 * self.step, self.longest)

@@ -27,6 +27,7 @@ from rigs.protocol import (
 )
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import mount
+from rigs.servo import FINEST_DIGIT, FORCE_TOLERANCE
 from rigs.specimen import make_specimen
 from rigs.step_record import StepRecord
 
@@ -98,7 +99,8 @@ def test_a_controlled_force_is_reached_and_let_go(control: Callable[..., Run], b
             bar(f"force control to {force} N, axis {axis}", error, 1e-3, "1", "the protocol's own target")
     # The forces rise at the rate that was asked for.
     for row in ran.of_step(0):
-        assert row.force["C"] == pytest.approx(0.02 * row.time, rel=1e-3, abs=1e-5)
+        force, digit = 0.02 * row.time, ran.rig.trains["C"].digit
+        assert row.force["C"] == pytest.approx(force, abs=FORCE_TOLERANCE * force + FINEST_DIGIT * digit)
 
 
 def test_a_machine_that_gives_way_is_driven_farther(control: Callable[..., Run], bar: Bar) -> None:

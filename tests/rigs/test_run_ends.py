@@ -110,6 +110,7 @@ def test_a_run_that_diverges_is_code_3_with_a_record(
     protocol = tmp_path / "p.yaml"
     protocol.write_text(PROTOCOL.replace("increment: 0.002", "increment: 0.02"), encoding="utf-8")
     monkeypatch.setattr("app.carry_out.perform", partial(perform, options=Options(max_iterations=1)))
+    monkeypatch.setattr("knitlab_core.equilibrium.continuation.MOST_ITERATIONS", 0)
     monkeypatch.setattr(sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet"])
     with pytest.raises(SystemExit) as raised:
         main()
