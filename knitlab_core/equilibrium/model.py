@@ -23,6 +23,16 @@ DECIMALS = 9
 SLIP = 0.02
 """Elastic slip before sliding [r]: a contact approaches by as much, and the loop area is within 7 % of its limit."""
 
+FLOOR_SHARE = 1.0 / 3.0
+"""Floor of the forces by which residuals are judged, in those that bend the loops: EI times mean squared curvature.
+
+In the default stitch 3e-3 E r^2. With a tolerance of 1e-4 a free node is then out of balance by at most 4e-5 N in a
+print with loops of 8 mm, below the smallest digit of its load cells (1e-3 N on the stage, 1e-4 N on the frame).
+"""
+
+SMALLEST_FLOOR = 1e-4
+"""The same for rods that are straight at rest [E r^2]."""
+
 SAMPLE_SPACING = 2.0 / 9.0
 """Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""
 
@@ -39,6 +49,8 @@ class Model:
         Unknowns that are prescribed; the dummy angle at each rod's end is always among them.
     scales : Scales
         What one unit is in SI.
+    force_floor : float
+        Smallest force by which residuals are judged [E r^2].
     relaxation : Relaxation or None
         How the rods' stiffness relaxes; None for elastic rods.
     bonds : Bonds or None
@@ -52,6 +64,7 @@ class Model:
     law: ContactLaw
     fixed: BoolArray
     scales: Scales
+    force_floor: float = SMALLEST_FLOOR
     relaxation: Relaxation | None = None
     bonds: Bonds | None = None
     hooks: Hooks | None = None
@@ -165,8 +178,10 @@ def make_model(
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
+    rods = _yielding(with_section(rods, section), soft)
     model = Model(
-        rods=_yielding(with_section(rods, section), soft),
+        rods=rods,
+        force_floor=_force_floor(rods),
         samples=_make_samples(rods, sizes, float(rods.rest_length[rods.has_edge & soft].mean()), sample_spacing),
         law=make_law(poisson_ratio, friction, slip=slip),
         fixed=fixed,
@@ -179,6 +194,13 @@ def make_model(
     printed = samples._replace(spans=samples.spans[soft[samples.spans]])
     found = find_bonds(state.q, frames, rods.has_edge, printed, model.law, bonds, scales, poisson_ratio)
     return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
+
+
+def _force_floor(rods: Rods) -> float:
+    """Return the smallest force by which residuals are judged [E r^2]."""
+    inner = rods.is_inner
+    bent = rods.bend_stiffness[inner] * (rods.rest_curvature[inner] ** 2).sum(axis=1) / rods.span[inner]
+    return max(SMALLEST_FLOOR, FLOOR_SHARE * float(bent.sum()) / float(rods.span[inner].sum()))
 
 
 def _yielding(rods: Rods, soft: BoolArray) -> Rods:

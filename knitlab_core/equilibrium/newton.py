@@ -15,22 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.model import SMALLEST_FLOOR
 from knitlab_core.equilibrium.sums import inner, length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 
 COUPLED = 0.02
 """Accuracy of a step where friction's loads are brought along."""
-
-FORCE_FLOOR = 3e-3
-"""Smallest force by which residuals are judged [E r^2].
-
-With the tolerance of 1e-4 a free node is out of balance by at most 3e-7 E r^2: 4e-5 N in the default printed stitch,
-below the smallest digit of its load cells (1e-3 N on the stage, 1e-4 N on the frame).
-"""
-
-SNAP_FLOOR = 1e-4
-"""The same under drag [E r^2]: a slow fall must not be taken for rest."""
 
 PATIENCE = 8
 """Iterations in which the residual must be halved; a search that does not is handed to continuation."""
@@ -128,7 +119,8 @@ def force_scale(work: Workspace, gradient: FloatArray) -> float:
     forces = np.abs(gradient[:, :3][held]) if work.poles is None else work.poles.fixture_forces(gradient, held)
     loads = np.abs(work.loads[work.loads != 0.0])
     means = [float(f.mean()) for f in (forces, loads) if f.size]
-    return max([SNAP_FLOOR if work.drag else FORCE_FLOOR, *means])
+    # Under drag a slow fall must not be taken for rest.
+    return max([SMALLEST_FLOOR if work.drag else work.model.force_floor, *means])
 
 
 def _search_energy(
