@@ -175,8 +175,8 @@ def settle(
 
 
 @kernel
-def slip_change(before: Memory, after: Memory, ratio: float, limit: float) -> float:
-    """Return how much slip changed its rate from one step to the next: 0 steady, 1 another direction or stick [1].
+def slip_change(before: Memory, after: Memory, ratio: float, limit: float) -> tuple[float, float]:
+    """Return how much slip changed its rate between two steps (0 steady, 1 turned or stuck) and all loads [E r^2].
 
     It is the error of friction's forces where their direction is that of the mean slip of a step: the change of slip
     per unit of the fixtures' way, relative to slip itself or to the elastic limit, averaged over the normal loads of
@@ -203,7 +203,7 @@ def slip_change(before: Memory, after: Memory, ratio: float, limit: float) -> fl
         size = max(norm(expected), norm(moved), limit)
         known += after.load[p]
         wrong += after.load[p] * min(1.0, norm(sub(moved, expected)) / size)
-    return wrong / np.sqrt(known * loads) if known > 0.0 else 0.0
+    return (wrong / np.sqrt(known * loads) if known > 0.0 else 0.0), loads
 
 
 @kernel

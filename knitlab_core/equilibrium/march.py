@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.contact.friction import slip_change
 from knitlab_core.equilibrium.breaking import reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest, counted
-from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of
+from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
 from knitlab_core.equilibrium.sums import inner, length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
@@ -175,6 +174,7 @@ def _search(
         return None, report
     response = _response(work, motion, report)
     memory, poles, slip_work = work.settle()
+    change, largest = path_error(state, memory, way, model)
     increment = q - state.q
     # What drags on the fixtures is no force of the strands.
     gradient[:, :3] -= work.drag * increment[:, :3]
@@ -190,7 +190,8 @@ def _search(
             reaction=reaction,
             increment=increment,
             response=response,
-            slip_change=slip_change(state.memory, memory, way.ratio, model.law.slip) if way.ratio > 0.0 else 0.0,
+            slip_change=change,
+            largest_load=largest,
             contacts=report.contacts,
             energies=work.parts(q, frames),
             external_work=state.external_work + float(pushed),

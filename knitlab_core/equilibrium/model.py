@@ -95,7 +95,9 @@ class State:
     external_work, friction_work : float
         Work of the fixtures and loads, and against friction, since the start [E r^3].
     slip_change : float
-        How much slip changed its rate in the step that led here [1]; see `friction.slip_change`.
+        How much slip changed its rate in the step that led here [1]; see `step_control.path_error`.
+    largest_load : float
+        Largest sum of all pairs' loads so far [E r^2].
     history : (M, N, 5) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
     viscous_work, fracture_work, snap_work : float
@@ -117,6 +119,7 @@ class State:
     friction_work: float
     response: FloatArray | None = None
     slip_change: float = 0.0
+    largest_load: float = 0.0
     history: FloatArray | None = None
     viscous_work: float = 0.0
     fracture_work: float = 0.0

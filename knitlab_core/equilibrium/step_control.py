@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
-from knitlab_core.contact.friction import STEADY, Lead
-from knitlab_core.equilibrium.model import State
+from knitlab_core.contact.friction import STEADY, Lead, Memory, slip_change
+from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.sums import inner, length
 
 LARGEST_CHANGE = 0.5
@@ -23,6 +23,9 @@ FAR_BEYOND = 0.65
 
 SHRINK, GROW = 0.35, 0.25
 """Change of slip from which the next step is halved, and up to which it is doubled."""
+
+IMPORTANT = 0.02
+"""Share of the largest loads so far from which on a change of slip counts in full."""
 
 FINEST = 1.0 / 16.0
 """Shortest step for the sake of friction, relative to the longest."""
@@ -80,6 +83,19 @@ def lead_of(state: State, motion: Motion) -> Lead:
     if not motion.goes_on or state.slip_change > LARGEST_CHANGE:
         return STEADY
     return Lead(motion.ratio / (1.0 + motion.ratio), motion.ratio)
+
+
+def path_error(before: State, memory: Memory, motion: Motion, model: Model) -> tuple[float, float]:
+    """Return the error of friction's path in a step [1], and the largest sum of loads so far [E r^2].
+
+    It is the change of slip; less where strands hardly press on each other, against what they did so far: what is
+    wrong there is soon forgotten.
+    """
+    change, loads = slip_change(before.memory, memory, motion.ratio, model.law.slip)
+    largest = max(before.largest_load, loads)
+    if motion.ratio == 0.0 or loads == 0.0:
+        return 0.0, largest
+    return change * min(1.0, loads / (IMPORTANT * max(largest, model.force_floor))), largest
 
 
 @dataclass(slots=True, kw_only=True)
