@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 import llvmlite.binding as llvm
 import numba
 import numpy as np
+from numba.core.registry import CPUDispatcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -142,22 +143,61 @@ CACHE_FOLDER: Final = _prepare()
 """Where compiled kernels are kept; None compiles them anew in every process."""
 
 
-def _compile(function: FunctionT, *, inline: bool) -> FunctionT:
-    """Wrap a function for compilation with the options every kernel shares."""
-    _defined.append(function.__qualname__)
-    before = _settings.CACHE_DIR
-    _settings.CACHE_DIR = "" if CACHE_FOLDER is None else str(CACHE_FOLDER)
-    try:
-        compiled = numba.njit(
-            function,
-            cache=CACHE_FOLDER is not None,
-            error_model="numpy",
-            nogil=True,
-            fastmath=set(FASTMATH),
-            forceinline=inline,
+class _Kernel(CPUDispatcher):
+    """A compiled function that is compiled once for whole numbers, be they variables or constants of its callers."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:  # noqa: ANN401 (numba's own types)
+        """Return how a kernel calls this one; by itself numba would compile anew for each constant argument."""
+        plain: Any = numba.types.unliteral
+        return super().get_call_template(
+            tuple(plain(kind) for kind in args), {name: plain(kind) for name, kind in dict(kws).items()}
         )
-    finally:  # other users of numba in this process keep their own place
-        _settings.CACHE_DIR = before
+
+
+class _InnerKernel(_Kernel):
+    """A kernel without an entry for Python, which takes longer to compile than a short kernel itself.
+
+    A call from Python goes through an outer kernel, compiled in that process and not kept.
+    """
+
+    _outer: Callable[..., Any] | None = None
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: ANN401 (whatever the kernel takes)
+        """Call the kernel from Python, as tests do."""
+        if self._outer is None:
+            inner = self
+
+            def outer(*arguments: Any) -> Any:  # noqa: ANN401
+                return inner(*arguments)
+
+            self._outer = _Kernel(outer, targetoptions=_options())
+        return self._outer(*arguments)
+
+
+def _options(**more: bool) -> dict[str, Any]:
+    """Return the options of the compiler that every kernel shares, and more."""
+    return {
+        "nopython": True,
+        "boundscheck": None,
+        "error_model": "numpy",
+        "nogil": True,
+        "fastmath": set(FASTMATH),
+        "no_cfunc_wrapper": True,  # no kernel is called from C
+        **more,
+    }
+
+
+def _compile(function: FunctionT, dispatcher: type[_Kernel], **more: bool) -> FunctionT:
+    """Wrap a function for compilation when it is first called."""
+    _defined.append(function.__qualname__)
+    compiled = dispatcher(function, targetoptions=_options(**more))
+    if CACHE_FOLDER is not None:
+        before = _settings.CACHE_DIR
+        _settings.CACHE_DIR = str(CACHE_FOLDER)
+        try:
+            compiled.enable_caching()
+        finally:  # other users of numba in this process keep their own place
+            _settings.CACHE_DIR = before
     return cast("FunctionT", compiled)
 
 
@@ -171,7 +211,18 @@ def kernel(function: FunctionT) -> FunctionT:
     function : callable
         A function that never raises and never allocates inside its loops.
     """
-    return _compile(function, inline=False)
+    return _compile(function, _Kernel)
+
+
+def inner_kernel(function: FunctionT) -> FunctionT:
+    """Compile a function that only kernels call; it takes less to compile than one that Python calls too.
+
+    Parameters
+    ----------
+    function : callable
+        As for `kernel`.
+    """
+    return _compile(function, _InnerKernel, no_cpython_wrapper=True)
 
 
 def inline_kernel(function: FunctionT) -> FunctionT:
@@ -182,7 +233,7 @@ def inline_kernel(function: FunctionT) -> FunctionT:
     function : callable
         A few lines of arithmetic, such as a dot product.
     """
-    return _compile(function, inline=True)
+    return _compile(function, _InnerKernel, no_cpython_wrapper=True, forceinline=True)
 
 
 def cache_is_cold() -> bool:

@@ -3,6 +3,8 @@
 `placed` holds samples and edges now, with turns since printing; all bonds that are given are whole.
 """
 
+from math import sqrt
+
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
@@ -126,4 +128,5 @@ def bond_loads(placed: Placed, bonds: Bonds, m: int, load: FloatArray) -> None:
         torque = dot(moment, n)
         tension = pull / area + norm(combine(1.0, moment, -torque, n)) / section
         shear = norm(combine(1.0, force, -pull, n)) / area + 0.5 * abs(torque) / section
-        load[p] = np.hypot(max(tension, 0.0) / bonds.strength, shear / bonds.shear_strength)
+        pulled, sheared = max(tension, 0.0) / bonds.strength, shear / bonds.shear_strength
+        load[p] = sqrt(pulled * pulled + sheared * sheared)

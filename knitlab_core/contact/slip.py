@@ -46,7 +46,7 @@ def material_frames(q: FloatArray, has_edge: BoolArray, frames: Frames, out: Flo
         if not has_edge[i]:
             continue
         t = row(frames.tangent, i)
-        a, b = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        a, b = material_directors(t, row(frames.director, i), q[i, 3])
         for c in range(3):
             out[i, c, 0] = t[c]
             out[i, c, 1] = a[c]
@@ -60,7 +60,7 @@ def place_edges(q: FloatArray, has_edge: BoolArray, frames: Frames, base: FloatA
         if not has_edge[i]:
             continue
         t = row(frames.tangent, i)
-        a, b = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        a, b = material_directors(t, row(frames.director, i), q[i, 3])
         placed.length[i] = frames.length[i]
         for r in range(3):
             placed.tangent[i, r] = t[r]

@@ -10,10 +10,10 @@ import numpy as np
 
 from knitlab_core.arrays import IndexArray
 from knitlab_core.equilibrium.quotient import ELEMENT, GONE, VARIABLE, Graph, Quotient, append, enlist, quotient, unlist
-from knitlab_core.jit import kernel
+from knitlab_core.jit import inner_kernel, kernel
 
 
-@kernel
+@inner_kernel
 def _make_element(g: Quotient, lists: IndexArray, free: int, p: int) -> tuple[int, int]:
     """Turn variable p into the element of all it touches, listed from `free` on.
 
@@ -46,7 +46,7 @@ def _make_element(g: Quotient, lists: IndexArray, free: int, p: int) -> tuple[in
     return free, size
 
 
-@kernel
+@inner_kernel
 def _measure(g: Quotient, lists: IndexArray, p: int, flag: int) -> None:
     """Set mark[e] - flag to the weight of element e outside element p, for all that touch p."""
     for s in range(g.first[p], g.first[p] + g.length[p]):
@@ -59,7 +59,7 @@ def _measure(g: Quotient, lists: IndexArray, p: int, flag: int) -> None:
                 g.mark[e] += g.weight[i]  # negative: i is in p
 
 
-@kernel
+@inner_kernel
 def _prune(g: Quotient, lists: IndexArray, i: int, p: int, flag: int) -> int:
     """Make p the last element of variable i, drop what p covers; return its degree outside p."""
     first, split = g.first[i], g.first[i] + g.elements[i]
@@ -99,7 +99,7 @@ def _prune(g: Quotient, lists: IndexArray, i: int, p: int, flag: int) -> int:
     return outside
 
 
-@kernel
+@inner_kernel
 def _merge_alike(g: Quotient, lists: IndexArray, part: IndexArray, p: int, flag: int) -> int:
     """Let one variable of element p stand for all with the same neighbours; return the next free flag."""
     for s in range(g.first[p], g.first[p] + g.length[p]):
@@ -133,7 +133,7 @@ def _merge_alike(g: Quotient, lists: IndexArray, part: IndexArray, p: int, flag:
     return flag + 1
 
 
-@kernel
+@inner_kernel
 def _eliminate(
     g: Quotient, lists: IndexArray, free: int, part: IndexArray, p: int, order: IndexArray, done: int, flag: int
 ) -> tuple[int, int, int, int]:

@@ -8,7 +8,7 @@ below. Slices, not offsets, tell it that no index is negative.
 from math import sqrt
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.jit import inline_kernel, kernel
+from knitlab_core.jit import inline_kernel, inner_kernel
 
 
 @inline_kernel
@@ -50,7 +50,7 @@ def _subtract_two(c: FloatArray, rows: IndexArray, a: FloatArray, b: FloatArray)
             g[r, 3] -= (x * a03 + y * a13 + z * a23 + w * a33) + (s * b03 + t * b13 + u * b23 + v * b33)
 
 
-@kernel
+@inner_kernel
 def subtract_product(
     panel: FloatArray, height: int, rows: IndexArray, n: int, a: FloatArray, at: int, a_height: int, depth: int
 ) -> None:
@@ -101,7 +101,7 @@ def _factor_strip(c: FloatArray) -> bool:
     return True
 
 
-@kernel
+@inner_kernel
 def factor_panel(panel: FloatArray, height: int, width: int, rows: IndexArray) -> bool:
     """Factor a panel of `width` strips in place, left-looking; return whether it is positive definite.
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.angles import cosine, sine
+
 if TYPE_CHECKING:
     from knitlab_core.knits.stitch import FloatArray, IntArray, Stitch
 
@@ -25,10 +27,10 @@ _MOST_NEWTON_STEPS: Final = 12
 def derivatives(stitch: Stitch, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the first and second derivative of Eq. 1 by t, each (n, 3) [loop widths]."""
     a, h, d = stitch.curvature, stitch.height, stitch.depth
-    course = (1.0 + 2.0 * a * np.cos(2.0 * t)) / (2.0 * np.pi)
-    first = np.stack([course, -h * np.sin(t), -2.0 * d * np.sin(2.0 * t)], axis=-1)
-    course_second = -2.0 * a * np.sin(2.0 * t) / np.pi
-    second = np.stack([course_second, -h * np.cos(t), -4.0 * d * np.cos(2.0 * t)], axis=-1)
+    course = (1.0 + 2.0 * a * cosine(2.0 * t)) / (2.0 * np.pi)
+    first = np.stack([course, -h * sine(t), -2.0 * d * sine(2.0 * t)], axis=-1)
+    course_second = -2.0 * a * sine(2.0 * t) / np.pi
+    second = np.stack([course_second, -h * cosine(t), -4.0 * d * cosine(2.0 * t)], axis=-1)
     return first, second
 
 
@@ -79,7 +81,7 @@ class ArcTable:
     def _within(self, panel: IntArray, t: FloatArray) -> FloatArray:
         half_width = 0.5 * (t - self.knots[panel])
         points = self.knots[panel][:, None] + half_width[:, None] * (1.0 + _ABSCISSAE)
-        within: FloatArray = self.lengths[panel] + half_width * (_speed(self.stitch, points) @ _WEIGHTS)
+        within: FloatArray = self.lengths[panel] + half_width * _weighted(_speed(self.stitch, points))
         return within
 
 
@@ -123,9 +125,15 @@ def _speed(stitch: Stitch, t: FloatArray) -> FloatArray:
     return speed
 
 
+def _weighted(values: FloatArray) -> FloatArray:
+    """Sum values (n, 16) at the abscissae; BLAS adds in an order that depends on the processor."""
+    total: FloatArray = np.sum(values * _WEIGHTS, axis=-1)
+    return total
+
+
 def _tabulate(stitch: Stitch, panels: int) -> ArcTable:
     knots = np.linspace(0.0, math.pi, panels + 1)
     half_width = 0.5 * np.diff(knots)
     points = knots[:-1, None] + half_width[:, None] * (1.0 + _ABSCISSAE)
-    pieces = half_width * (_speed(stitch, points) @ _WEIGHTS)
+    pieces = half_width * _weighted(_speed(stitch, points))
     return ArcTable(stitch=stitch, knots=knots, lengths=np.concatenate([[0.0], np.cumsum(pieces)]))

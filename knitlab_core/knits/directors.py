@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.angles import arc_tangents, cosine, sine
+
 if TYPE_CHECKING:
     from knitlab_core.knits.centreline import Centreline
     from knitlab_core.knits.stitch import FloatArray
@@ -55,9 +57,9 @@ def directors(centreline: Centreline, s: FloatArray) -> tuple[FloatArray, FloatA
     # Between spots that differ by rounding there is no chord to speak of.
     chord = np.where(step > _NO_STEP, np.diff(at, axis=0), tangent[1:])
     carried = _double_reflection(chord, tangent, any_e2)
-    turns = np.arctan2(_dot(carried, any_e3[1:]), _dot(carried, any_e2[1:]))
+    turns = arc_tangents(_dot(carried, any_e3[1:]), _dot(carried, any_e2[1:]))
     angle = np.concatenate([[0.0], np.cumsum(turns)])[:, None]
-    e2 = np.cos(angle) * any_e2 + np.sin(angle) * any_e3
+    e2 = cosine(angle) * any_e2 + sine(angle) * any_e3
     e3 = np.cross(tangent, e2)
     asked = place[steps + 1 :]
     return e2[asked], e3[asked]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from knitlab_core.angles import cosine, sine
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.directors import directors
 from knitlab_core.knits.stitch import is_positive
@@ -150,7 +151,7 @@ def same_area(single_radius: float, fibres: int, *, gap: float = PRINTED_GAP, mo
         With ``R = r (1 + gap/2) / sin(pi/n)``; R = 0 for one fibre.
     """
     radius = single_radius / math.sqrt(fibres)
-    winding = 0.0 if fibres == 1 else radius * (1.0 + 0.5 * gap) / math.sin(math.pi / fibres)
+    winding = 0.0 if fibres == 1 else radius * (1.0 + 0.5 * gap) / float(sine(np.array(math.pi / fibres)))
     return Yarn(fibres=fibres, fibre_radius=radius, winding_radius=winding, model=model)
 
 
@@ -177,7 +178,7 @@ def fibre_strands(centreline: Centreline, arc_lengths: FloatArray, yarn: Yarn) -
     e2, e3 = directors(centreline, arc_lengths)
     angles = yarn.twist * arc_lengths + yarn.phases[:, None]
     return tuple(
-        middle + yarn.winding_radius * (np.cos(angle)[:, None] * e2 + np.sin(angle)[:, None] * e3) for angle in angles
+        middle + yarn.winding_radius * (cosine(angle)[:, None] * e2 + sine(angle)[:, None] * e3) for angle in angles
     )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from knitlab_core.angles import cosine, sine
 from knitlab_core.knits.arclength import arc_table, derivatives
 
 if TYPE_CHECKING:
@@ -78,9 +79,9 @@ class Row:
     def position(self, s: FloatArray) -> FloatArray:
         """Return points, (n,) -> (n, 3) [loop widths]."""
         t, stitch = self.parameter(s), self.stitch
-        course = (t + stitch.curvature * np.sin(2.0 * t)) / (2.0 * np.pi)
-        wale = stitch.height * np.cos(t) + self.row * stitch.row_spacing
-        return np.stack([course, wale, stitch.depth * np.cos(2.0 * t)], axis=-1)
+        course = (t + stitch.curvature * sine(2.0 * t)) / (2.0 * np.pi)
+        wale = stitch.height * cosine(t) + self.row * stitch.row_spacing
+        return np.stack([course, wale, stitch.depth * cosine(2.0 * t)], axis=-1)
 
     def tangent(self, s: FloatArray) -> FloatArray:
         """Return unit tangents, (n,) -> (n, 3)."""
@@ -144,7 +145,7 @@ class Turn:
     def tangent(self, s: FloatArray) -> FloatArray:
         """Return unit tangents, (n,) -> (n, 3)."""
         angle = s / self.radius
-        return self._combine(self.side * np.cos(angle), np.sin(angle))
+        return self._combine(self.side * cosine(angle), sine(angle))
 
     def curvature(self, s: FloatArray) -> FloatArray:
         """Return curvature vectors, (n,) -> (n, 3) [1/loop width]."""
@@ -157,7 +158,7 @@ class Turn:
 
     def _outward(self, s: FloatArray) -> FloatArray:
         angle = s / self.radius
-        return self._combine(self.side * np.sin(angle), -np.cos(angle))
+        return self._combine(self.side * sine(angle), -cosine(angle))
 
     def _combine(self, course: FloatArray, across: FloatArray) -> FloatArray:
         _, y, z = self.across

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from knitlab_core.angles import arc_tangents, sine
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -100,7 +101,8 @@ def widest_parameter(stitch: Stitch) -> float:
 
     ``dx/dt = 0`` at ``cos 2t = -1/2a``; a stitch with a <= 1/2 never overhangs and is taken at the waist, pi/2.
     """
-    return 0.5 * math.acos(max(-1.0, -0.5 / stitch.curvature))
+    at = max(-1.0, -0.5 / stitch.curvature)
+    return 0.5 * float(arc_tangents(np.array(math.sqrt(1.0 - at * at)), np.array(at)))
 
 
 def neighbour_gap(stitch: Stitch) -> float:
@@ -109,7 +111,7 @@ def neighbour_gap(stitch: Stitch) -> float:
     ``1 - (t* + a sin 2t*)/pi``, centre to centre: an upper bound on the least distance of the knit.
     """
     t = widest_parameter(stitch)
-    return 1.0 - (t + stitch.curvature * math.sin(2.0 * t)) / math.pi
+    return 1.0 - (t + stitch.curvature * float(sine(np.array(2.0 * t)))) / math.pi
 
 
 def locking_strain(stitch: Stitch, yarn_per_loop: float) -> float:

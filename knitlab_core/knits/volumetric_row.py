@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knitlab_core.angles import cosine, sine
 from knitlab_core.arrays import BoolArray  # noqa: TC001 - a NamedTuple's fields are read at run time
 from knitlab_core.knits.arclength import arc_table, derivatives
 from knitlab_core.knits.stitch import FloatArray, IntArray  # noqa: TC001
@@ -87,10 +88,10 @@ class VolumetricRow:
     def position(self, s: FloatArray) -> FloatArray:
         """Return points, (n,) -> (n, 3) [loop widths]."""
         spot, stitch = self.spot(s), self.stitch
-        course = (spot.t + stitch.curvature * np.sin(2.0 * spot.t)) / (2.0 * np.pi)
+        course = (spot.t + stitch.curvature * sine(2.0 * spot.t)) / (2.0 * np.pi)
         height = np.where(spot.pile, stitch.pile_height, stitch.wale_height)
-        rise = 0.5 * height * (1.0 + np.cos(spot.t))
-        aside = stitch.depth * (np.cos(2.0 * spot.t) - 1.0)
+        rise = 0.5 * height * (1.0 + cosine(spot.t))
+        aside = stitch.depth * (cosine(2.0 * spot.t) - 1.0)
         position: FloatArray = self._turned(np.stack([course, rise, aside], axis=-1), spot.pile)
         position[:, 0] += 2.0 * spot.stitch + spot.pile
         position[:, 1:] += [self.row * stitch.row_spacing, self.layer * stitch.layer_spacing]

@@ -12,8 +12,6 @@ The gradient is that of the energy as a function of q with the frames of the
 current configuration as the source of transport; `stiffness.py` has the Hessian.
 """
 
-import numpy as np
-
 from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
@@ -50,7 +48,7 @@ def rod_energy(q: FloatArray, rods: Rods, frames: Frames) -> tuple[float, float,
         if not rods.has_edge[i]:
             continue
         tf, lf = row(frames.tangent, i), frames.length[i]
-        m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        m1f, m2f = material_directors(tf, row(frames.director, i), q[i, 3])
         if rods.is_inner[i]:
             _, chord = span_chord(te, le, tf, lf)
             axial = span_length(chord, le, lf) / rods.span[i] - 1.0 - rods.rest_stretch[i, 0]
@@ -107,7 +105,7 @@ def rod_gradient(q: FloatArray, rods: Rods, frames: Frames, gradient: FloatArray
         if not rods.has_edge[i]:
             continue
         tf, lf = row(frames.tangent, i), frames.length[i]
-        m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        m1f, m2f = material_directors(tf, row(frames.director, i), q[i, 3])
         if rods.is_inner[i]:
             ts, chord = span_chord(te, le, tf, lf)
             ea = rods.stretch_stiffness[i]

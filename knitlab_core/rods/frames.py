@@ -6,11 +6,12 @@ The reference twist at a node is the angle left between the directors of its two
 edges; it is a property of the configuration, not an unknown.
 """
 
-from math import atan2, pi
+from math import pi
 from typing import NamedTuple, Self
 
 import numpy as np
 
+from knitlab_core.angles import arc_tangent, cosine_sine
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub
@@ -101,7 +102,7 @@ def follow(q: FloatArray, has_edge: BoolArray, source: Frames, target: Frames) -
         t = row(target.tangent, i)
         d = row(target.director, i)
         p = transport(row(target.director, i - 1), row(target.tangent, i - 1), t)
-        angle = atan2(dot(cross(p, d), t), dot(p, d))
+        angle = arc_tangent(dot(cross(p, d), t), dot(p, d))
         old = source.reference_twist[i]
         # The branch nearest the old value keeps whole turns of twist.
         target.reference_twist[i] = angle + 2.0 * pi * np.rint((old - angle) / (2.0 * pi))
@@ -146,9 +147,10 @@ def initial_directors(
 
 
 @inline_kernel
-def material_directors(t: Vector, d: Vector, cos_angle: float, sin_angle: float) -> tuple[Vector, Vector]:
+def material_directors(t: Vector, d: Vector, angle: float) -> tuple[Vector, Vector]:
     """Turn the reference director by the edge angle: m1 and m2."""
     b = cross(t, d)
+    cos_angle, sin_angle = cosine_sine(angle)
     return combine(cos_angle, d, sin_angle, b), combine(-sin_angle, d, cos_angle, b)
 
 

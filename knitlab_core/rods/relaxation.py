@@ -18,6 +18,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from knitlab_core.angles import exponential
 from knitlab_core.arrays import FloatArray
 from knitlab_core.materials import Material
 from knitlab_core.rods.frames import Frames
@@ -33,6 +34,9 @@ STEP_GROWTH = 1.5
 """How much longer each step of a hold is than the one before."""
 
 _BRIEF = 1e-4
+
+# Up to here the mean of a decay is summed as a series, of as many terms as rounding asks for.
+_SERIES, _TERMS = 0.5, 16
 
 
 class Relaxation(NamedTuple):
@@ -110,10 +114,10 @@ def relaxed_rods(rods: Rods, relaxation: Relaxation, strain: FloatArray, history
         With stiffness k C and rest strains moved by s/k, where stress = C (k e - s).
     """
     decay, gain = _decay_and_gain(relaxation, duration)
-    share = relaxation.lasting + float(relaxation.shares @ gain)
+    share = relaxation.lasting + float(np.sum(relaxation.shares * gain))
     # Sum over terms of g (γ e - β h).
-    moved = np.tensordot(relaxation.shares * gain, np.broadcast_to(strain, history.shape), 1)
-    moved = (moved - np.tensordot(relaxation.shares * decay, history, 1)) / share
+    moved = _over_terms(relaxation.shares * gain, np.broadcast_to(strain, history.shape))
+    moved = (moved - _over_terms(relaxation.shares * decay, history)) / share
     return rods._replace(
         stretch_stiffness=rods.stretch_stiffness * share,
         bend_stiffness=rods.bend_stiffness * share,
@@ -134,7 +138,7 @@ def remember(
 
 def stored_energy(rods: Rods, relaxation: Relaxation, strain: FloatArray, history: FloatArray) -> FloatArray:
     """Return the energy ½ C (g_inf e² + Σ g h²) that stretching, bending and twisting store (3,) [E r^3]."""
-    square = relaxation.lasting * strain**2 + np.tensordot(relaxation.shares, history**2, 1)
+    square = relaxation.lasting * strain**2 + _over_terms(relaxation.shares, history**2)
     part = 0.5 * (_moduli(rods) * square).sum(axis=0)
     return np.array([part[0] + part[4], part[1] + part[2], part[3]])
 
@@ -167,8 +171,8 @@ def viscous_work(
     c = np.where(brief, x / 3.0, (1.0 - 2.0 * once + twice) / np.where(brief, 1.0, x))
     a, b, c = (relaxation.shares * part for part in (a, b, c))
     d = after - before
-    lost = np.tensordot(a, history**2, 1) + 2.0 * np.tensordot(b, history, 1) * d + float(c.sum()) * d**2
-    return float(np.vdot(_moduli(rods), lost))
+    lost = _over_terms(a, history**2) + 2.0 * _over_terms(b, history) * d + float(c.sum()) * d**2
+    return float(np.sum(_moduli(rods) * lost))
 
 
 def hold_steps(relaxation: Relaxation | None, duration: float) -> tuple[float, ...]:
@@ -190,21 +194,38 @@ def hold_steps(relaxation: Relaxation | None, duration: float) -> tuple[float, .
     if relaxation is None:
         return (duration,)
     first = FIRST_STEP * float(relaxation.times.min())
-    count = max(1, int(np.ceil(np.log1p(duration * (STEP_GROWTH - 1.0) / first) / np.log(STEP_GROWTH))))
-    steps = STEP_GROWTH ** np.arange(count)
-    return tuple(float(step) for step in steps * (duration / steps.sum()))
+    steps = [first]
+    while sum(steps) < duration * (1.0 - 1e-9):
+        steps.append(STEP_GROWTH * steps[-1])
+    whole = sum(steps)
+    return tuple(step * (duration / whole) for step in steps)
 
 
 def _decay_and_gain(relaxation: Relaxation, duration: float) -> tuple[FloatArray, FloatArray]:
     """Return β and γ (M,) of a step."""
     x = duration / relaxation.times
-    return np.exp(-x), _mean_decay(x)
+    return np.array([exponential(-float(one)) for one in x]), _mean_decay(x)
 
 
 def _mean_decay(x: FloatArray) -> FloatArray:
     """Return the mean (1 - exp(-x))/x of the decay over a step."""
-    safe = np.where(x > 0.0, x, 1.0)
-    return np.where(x > 0.0, -np.expm1(-safe) / safe, 1.0)
+    return np.array([_mean_decay_of(float(one)) for one in x])
+
+
+def _mean_decay_of(x: float) -> float:
+    if x > _SERIES:
+        return (1.0 - exponential(-x)) / x
+    # 1 - x/2 (1 - x/3 (1 - ...)), to rounding.
+    mean = 1.0
+    for k in range(_TERMS, 1, -1):
+        mean = 1.0 - x / k * mean
+    return mean
+
+
+def _over_terms(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the sum (N, 5) over the terms of a series; BLAS adds in an order that depends on the processor."""
+    total: FloatArray = np.sum(weights[:, None, None] * values, axis=0)
+    return total
 
 
 def _moduli(rods: Rods) -> FloatArray:

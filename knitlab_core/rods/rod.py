@@ -207,8 +207,8 @@ def measure_strains(
         if not is_inner[i]:
             continue
         te, tf = row(frames.tangent, i - 1), row(frames.tangent, i)
-        m1e, m2e = material_directors(te, row(frames.director, i - 1), np.cos(q[i - 1, 3]), np.sin(q[i - 1, 3]))
-        m1f, m2f = material_directors(tf, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+        m1e, m2e = material_directors(te, row(frames.director, i - 1), q[i - 1, 3])
+        m1f, m2f = material_directors(tf, row(frames.director, i), q[i, 3])
         kb = curvature_binormal(te, tf)
         k1, k2 = material_curvature(kb, m1e, m2e, m1f, m2f)
         curvature[i, 0] = k1

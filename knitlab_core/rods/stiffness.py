@@ -7,8 +7,6 @@ g = c1 m2 - c2 m1. All is written in the two edges e and f of a span; products o
 vectors are collected, so that every block of two edges is a few outer products.
 """
 
-import numpy as np
-
 from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.blocks import Pattern
@@ -75,7 +73,7 @@ def add_rod_hessian(
 @inline_kernel
 def _triad(i: int, q: FloatArray, frames: Frames) -> Triad:
     t = row(frames.tangent, i)
-    m1, m2 = material_directors(t, row(frames.director, i), np.cos(q[i, 3]), np.sin(q[i, 3]))
+    m1, m2 = material_directors(t, row(frames.director, i), q[i, 3])
     return t, m1, m2
 
 

@@ -117,3 +117,19 @@ def test_kernel_files_take_constants_from_kernel_files_only() -> None:
                 source = ROOT / f"{(node.module or '').replace('.', '/')}.py"
                 constants = [alias.name for alias in node.names if alias.name.isupper()]
                 assert not constants or source in kernels, f"{file}: {constants} would be frozen into compiled code"
+
+
+@jit.inner_kernel
+def _shifted(x: float, by: int) -> float:
+    return x + by
+
+
+@jit.kernel
+def _shifted_thrice(x: float, by: int) -> float:
+    return _shifted(_shifted(_shifted(x, by), 1), 2)
+
+
+def test_an_inner_kernel_is_compiled_once_for_constants_and_variables_and_python_can_call_it() -> None:
+    assert _shifted_thrice(1.0, 4) == 8.0
+    assert len(_shifted.signatures) == 1  # type: ignore[attr-defined]
+    assert _shifted(1.0, 2) == 3.0

@@ -42,8 +42,8 @@ def test_curvature_binormal_is_the_turning_angle_of_a_spline() -> None:
 
 def test_material_frame_turns_with_the_edge() -> None:
     half = sqrt(0.5)
-    assert material_directors(X, Y, 1.0, 0.0) == (Y, Z)
-    m1, m2 = material_directors(X, Y, half, half)
+    assert material_directors(X, Y, 0.0) == (Y, Z)
+    m1, m2 = material_directors(X, Y, 0.25 * pi)
     assert m1 == pytest.approx((0.0, half, half))
     assert m2 == pytest.approx((0.0, -half, half))
 

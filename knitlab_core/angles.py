@@ -1,0 +1,166 @@
+"""Sine, cosine, arc tangent and exponential with the same bits on every processor.
+
+Those of the C library and of NumPy choose their code by processor, and a last bit decides now and then on which side
+of a bifurcation a knit goes on. These use additions, multiplications and divisions in a fixed order.
+
+References
+----------
+Sun Microsystems, fdlibm 5.3 (1995): k_sin.c, k_cos.c, s_atan.c, e_exp.c; errors below one unit in the last place.
+"""
+
+import math
+
+import numpy as np
+
+from knitlab_core.arrays import FloatArray
+from knitlab_core.jit import inline_kernel, kernel
+
+TWO_OVER_PI = 0.6366197723675814
+# pi/2 in two parts of 33 bits and a rest.
+HALF_PI_1 = 1.57079632673412561417e00
+HALF_PI_2 = 6.07710050630396597660e-11
+HALF_PI_REST = 2.02226624879595063154e-21
+PI_REST = 1.2246467991473531772e-16
+
+S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
+S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
+C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
+C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+A0, A2, A4 = 3.33333333333329318027e-01, 1.42857142725034663711e-01, 9.09088713343650656196e-02
+A6, A8, A10 = 6.66107313738753120669e-02, 4.97687799461593236017e-02, 1.62858201153657823623e-02
+A1, A3, A5 = -1.99999999998764832476e-01, -1.11111104054623557880e-01, -7.69187620504482999495e-02
+A7, A9 = -5.83357013379057348645e-02, -3.65315727442169155270e-02
+
+ONE_OVER_LN2 = 1.4426950408889634
+LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+P1, P2, P3 = 1.66666666666666019037e-01, -2.77777777770155933842e-03, 6.61375632143793436117e-05
+P4, P5 = -1.65339022054652515390e-06, 4.13813679705723846039e-08
+
+
+@inline_kernel
+def cosine_sine(x: float) -> tuple[float, float]:
+    """Return cosine and sine of an angle [rad], up to a million in size."""
+    n = np.rint(x * TWO_OVER_PI)
+    t = x - n * HALF_PI_1
+    w = n * HALF_PI_2
+    r = t - w
+    w = n * HALF_PI_REST - ((t - r) - w)
+    y = r - w
+    rest = (r - y) - w
+    z = y * y
+    v = z * y
+    p = S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))
+    sine = y - ((z * (0.5 * rest - v * p) - rest) - v * S1)
+    zz = z * z
+    p = z * (C1 + z * (C2 + z * C3)) + zz * zz * (C4 + z * (C5 + z * C6))
+    half = 0.5 * z
+    near = 1.0 - half
+    cosine = near + (((1.0 - near) - half) + (z * p - y * rest))
+    quarter = int(n) & 3
+    if quarter == 0:
+        return cosine, sine
+    if quarter == 1:
+        return -sine, cosine
+    if quarter == 2:
+        return -cosine, -sine
+    return sine, -cosine
+
+
+@inline_kernel
+def _arc(x: float) -> float:
+    """Return the arc tangent of a number from 0 to infinity."""
+    high, low = 0.0, 0.0
+    if x >= 2.4375:
+        high, low, x = 1.57079632679489655800e00, 6.12323399573676603587e-17, -1.0 / x
+    elif x >= 1.1875:
+        high, low, x = 9.82793723247329054082e-01, 1.39033110312309984516e-17, (x - 1.5) / (1.0 + 1.5 * x)
+    elif x >= 0.6875:
+        high, low, x = 7.85398163397448278999e-01, 3.06161699786838301793e-17, (x - 1.0) / (x + 1.0)
+    elif x >= 0.4375:
+        high, low, x = 4.63647609000806093515e-01, 2.26987774529616870924e-17, (2.0 * x - 1.0) / (2.0 + x)
+    z = x * x
+    w = z * z
+    even = z * (A0 + w * (A2 + w * (A4 + w * (A6 + w * (A8 + w * A10)))))
+    odd = w * (A1 + w * (A3 + w * (A5 + w * (A7 + w * A9))))
+    return high - ((x * (even + odd) - low) - x)
+
+
+@inline_kernel
+def arc_tangent(y: float, x: float) -> float:
+    """Return the angle of the point (x, y), from -pi to pi [rad]; 0 for the origin."""
+    if y == 0.0 and x >= 0.0:
+        return 0.0
+    angle = _arc(abs(y) / abs(x))
+    if x < 0.0:
+        angle = np.pi - (angle - PI_REST)
+    return angle if y >= 0.0 else -angle
+
+
+@kernel
+def _cosines_sines(x: FloatArray, cosines: FloatArray, sines: FloatArray) -> None:
+    for i in range(x.size):
+        cosines[i], sines[i] = cosine_sine(x[i])
+
+
+@kernel
+def _arc_tangents(y: FloatArray, x: FloatArray, angles: FloatArray) -> None:
+    for i in range(x.size):
+        angles[i] = arc_tangent(y[i], x[i])
+
+
+def cosines_sines(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return cosines and sines of angles [rad], in arrays of their shape."""
+    flat = np.ascontiguousarray(x, dtype=np.float64).reshape(-1)
+    cosines, sines = np.empty_like(flat), np.empty_like(flat)
+    _cosines_sines(flat, cosines, sines)
+    shape = np.shape(x)
+    return cosines.reshape(shape), sines.reshape(shape)
+
+
+def cosine(x: FloatArray) -> FloatArray:
+    """Return the cosines of angles [rad].
+
+    Examples
+    --------
+    >>> cosine(np.array([0.0, np.pi]))
+    array([ 1., -1.])
+    """
+    return cosines_sines(x)[0]
+
+
+def sine(x: FloatArray) -> FloatArray:
+    """Return the sines of angles [rad].
+
+    Examples
+    --------
+    >>> float(sine(np.array(np.pi / 6.0)))
+    0.49999999999999994
+    """
+    return cosines_sines(x)[1]
+
+
+def arc_tangents(y: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the angles of points (x, y) in two arrays of one shape [rad]."""
+    flat_y, flat_x = (np.ascontiguousarray(a, dtype=np.float64).reshape(-1) for a in (y, x))
+    angles = np.empty_like(flat_x)
+    _arc_tangents(flat_y, flat_x, angles)
+    return angles.reshape(np.shape(x))
+
+
+def exponential(x: float) -> float:
+    """Return exp(x); 0 where that is below the smallest normal number.
+
+    Examples
+    --------
+    >>> round(exponential(1.0), 12), exponential(-800.0)
+    (2.718281828459, 0.0)
+    """
+    if x < -708.0:
+        return 0.0
+    k = round(x * ONE_OVER_LN2)
+    high, low = x - k * LN2_HIGH, k * LN2_LOW
+    r = high - low
+    t = r * r
+    c = r - t * (P1 + t * (P2 + t * (P3 + t * (P4 + t * P5))))
+    return math.ldexp(1.0 - ((low - (r * c) / (2.0 - c)) - high), k)
