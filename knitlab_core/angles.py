@@ -5,9 +5,10 @@ of a bifurcation a knit goes on. These use additions, multiplications and divisi
 
 References
 ----------
-Polynomials and reductions of fdlibm 5.3 (k_sin.c, k_cos.c, s_atan.c, e_exp.c), errors below one unit in the last place:
-Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at SunSoft, a Sun Microsystems, Inc. business.
-Permission to use, copy, modify, and distribute this software is freely granted, provided that this notice is preserved.
+Polynomials and reductions of fdlibm 5.3 (k_sin.c, k_cos.c, s_atan.c, e_exp.c), errors below one unit in the last
+place: Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at SunSoft, a Sun Microsystems, Inc.
+business. Permission to use, copy, modify, and distribute this software is freely granted, provided that this notice is
+preserved.
 """
 
 import math
