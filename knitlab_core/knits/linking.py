@@ -34,11 +34,12 @@ def linking_number(first: FloatArray, second: FloatArray) -> float:
     p, q = first[:, None], second[None, :]
     p_next, q_next = np.roll(first, -1, axis=0)[:, None], np.roll(second, -1, axis=0)[None, :]
     a, b, c, d = q - p, q - p_next, q_next - p_next, q_next - p
-    solid_angles = _half_solid_angle(a, b, c) + _half_solid_angle(a, c, d)
+    solid_angles = half_solid_angle(a, b, c) + half_solid_angle(a, c, d)
     return float(np.sum(solid_angles)) / (2.0 * np.pi)
 
 
-def _half_solid_angle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+def half_solid_angle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return half the solid angle (..., ) of the triangles of corners a, b and c (..., 3), seen from the origin [sr]."""
     size_a, size_b, size_c = (np.linalg.norm(side, axis=-1) for side in (a, b, c))
     triple = np.sum(a * np.cross(b, c), axis=-1)
     projections = np.sum(a * b, axis=-1) * size_c + np.sum(b * c, axis=-1) * size_a + np.sum(c * a, axis=-1) * size_b
