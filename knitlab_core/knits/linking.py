@@ -39,7 +39,7 @@ def linking_number(first: FloatArray, second: FloatArray) -> float:
 
 
 def half_solid_angle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return half the solid angle (..., ) of the triangles of corners a, b and c (..., 3), seen from the origin [sr]."""
+    """Return half the solid angle of triangles with corners a, b, c (..., 3), seen from the origin [sr]."""
     size_a, size_b, size_c = (np.linalg.norm(side, axis=-1) for side in (a, b, c))
     triple = np.sum(a * np.cross(b, c), axis=-1)
     projections = np.sum(a * b, axis=-1) * size_c + np.sum(b * c, axis=-1) * size_a + np.sum(c * a, axis=-1) * size_b
