@@ -134,7 +134,9 @@ def run_as(target: str, names: Collection[str] = SPECIMENS) -> Runs:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "rows.json"
         words = [sys.executable, "-m", "tests.reproducible_runs", "--out", str(out), *names]
-        subprocess.run(words, cwd=ROOT, env={**os.environ, "KNITLAB_THREADS": "1", **TARGETS[target]}, check=True)  # noqa: S603
+        # A service in the same process may have set PYTHONSAFEPATH, which leaves the folder of work out.
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "KNITLAB_THREADS": "1", **TARGETS[target]}
+        subprocess.run(words, cwd=ROOT, env=environment, check=True)  # noqa: S603
         runs: Runs = json.loads(out.read_text(encoding="utf-8"))
     return runs
 
