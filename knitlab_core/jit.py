@@ -147,7 +147,7 @@ class _Kernel(CPUDispatcher):
     """A compiled function that is compiled once for whole numbers, be they variables or constants of its callers."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:  # noqa: ANN401 (numba's own types)
-        """Return how a kernel calls this one; by itself numba would compile anew for each constant argument."""
+        """Return how a kernel calls this one; by itself numba would compile again for each constant argument."""
         plain: Any = numba.types.unliteral
         return super().get_call_template(
             tuple(plain(kind) for kind in args), {name: plain(kind) for name, kind in dict(kws).items()}

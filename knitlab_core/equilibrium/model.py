@@ -177,7 +177,7 @@ def make_model(
     sizes = tuple(len(s) for s in every)
     soft = np.arange(sum(sizes)) < sum(len(s) for s in strands)
     # Rounding of the last digits would grow wherever strands snap: a knit of any size starts from the same numbers.
-    # Kernels are compiled anew for arrays by columns, as knits come.
+    # Kernels would be compiled again for arrays in column order, as knits come.
     x = np.ascontiguousarray(np.round(np.concatenate(every) / radius, DECIMALS))
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
