@@ -35,7 +35,7 @@ def main() -> None:
     named = sum(figures["parts"].values())
     for part in PARTS:
         print(f"  {part:12s} {1e3 * figures['parts'][part] / n:6.2f} ms an iteration")
-    print(f"  {'other':12s} {1e3 * (figures['wall'] - named) / n:6.2f} ms an iteration")
+    print(f"  {'outside':12s} {1e3 * (figures['wall'] - named) / n:6.2f} ms an iteration")
 
     with tempfile.TemporaryDirectory() as empty:
         cold = float(child("-m", "benchmarks.main_job", "first-row", cache=empty))

@@ -22,7 +22,20 @@ if TYPE_CHECKING:
     from knitlab_core.rods.blocks import Pattern
 
 PROTOCOL = Path(__file__).resolve().parent.parent / "examples" / "biaxial_cycle.yaml"
-PARTS = ("energy", "gradient", "assembly", "factor", "solve", "neighbours", "analyse")
+PARTS = (
+    "pairs",
+    "energy",
+    "gradient",
+    "assembly",
+    "factor",
+    "solve",
+    "coupling",
+    "friction",
+    "neighbours",
+    "analyse",
+    "search",
+)
+"""Parts of a search; "search" is what its control takes."""
 
 
 def peak_memory() -> float:

@@ -48,7 +48,7 @@ def main(size: int) -> None:
         seconds = rig.work.clock.seconds.get(part, 0.0)
         print(f"  {part:12s} {seconds:7.1f} s {seconds / wall:6.1%}")
     rest = wall - sum(rig.work.clock.seconds.get(part, 0.0) for part in PARTS)
-    print(f"  {'other':12s} {rest:7.1f} s {rest / wall:6.1%}")
+    print(f"  {'outside':12s} {rest:7.1f} s {rest / wall:6.1%}")
 
 
 if __name__ == "__main__":

@@ -149,7 +149,7 @@ def advance(
     State or None, Report
         The new equilibrium, None where the search failed, and how it went.
     """
-    with relaxing(work, state, duration):
+    with work.clock("search"), relaxing(work, state, duration):
         found, report = _search(work, state, target, options or Options(), ahead)
     return None if found is None else relaxed(work.model, state, found, duration), report
 

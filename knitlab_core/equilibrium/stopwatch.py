@@ -39,17 +39,22 @@ class Cost:
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Seconds and calls per named part."""
+    """Seconds and calls per named part; a part within a part counts in the inner one alone, so that all add up."""
 
     seconds: dict[str, float] = field(default_factory=dict)
     calls: dict[str, int] = field(default_factory=dict)
+    _inner: list[float] = field(default_factory=list)
 
     @contextmanager
     def __call__(self, part: str) -> Iterator[None]:
         """Time the body of a `with` statement under a name."""
         start = perf_counter()
+        self._inner.append(0.0)
         try:
             yield
         finally:
-            self.seconds[part] = self.seconds.get(part, 0.0) + perf_counter() - start
+            whole = perf_counter() - start
+            self.seconds[part] = self.seconds.get(part, 0.0) + whole - self._inner.pop()
             self.calls[part] = self.calls.get(part, 0) + 1
+            if self._inner:
+                self._inner[-1] += whole

@@ -163,17 +163,19 @@ class Workspace:
 
     def move_to(self, q: FloatArray, frames: Frames) -> None:
         """Place samples and edges in configuration `q`, and find what touches there."""
-        sample_points(q, self.model.samples, self.placed.points)
-        place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
-        self.contacts.place(q, self.model.law)
-        for part in self._parts:
-            part.place(q, self.model.rods.has_edge, frames)
+        with self.clock("pairs"):
+            sample_points(q, self.model.samples, self.placed.points)
+            place_edges(q, self.model.rods.has_edge, frames, self._base_frames, self.placed)
+            self.contacts.place(q, self.model.law)
+            for part in self._parts:
+                part.place(q, self.model.rods.has_edge, frames)
 
     def lag(self) -> int:
         """Take friction's loads from the present configuration; return the number of contacts."""
-        if self.poles is not None:
-            self.poles.lag()
-        return self.contacts.lag(self._law)
+        with self.clock("friction"):
+            if self.poles is not None:
+                self.poles.lag()
+            return self.contacts.lag(self._law)
 
     def energy(self, q: FloatArray, source: Frames) -> float:
         """Return elastic, contact and friction energy less the work of dead loads; moves samples."""
@@ -300,12 +302,12 @@ class Workspace:
 
     def load_coupling(self, v: FloatArray) -> FloatArray:
         """Return the change of the free forces by friction's loads when the strands move by `v`."""
-        model = self.model
         out = np.zeros_like(v)
-        self.contacts.add_load_coupling(self._law, v, out)
-        if self.poles is not None:
-            self.poles.add_load_coupling(v, out)
-        free_only(model.fixed, out)
+        with self.clock("coupling"):
+            self.contacts.add_load_coupling(self._law, v, out)
+            if self.poles is not None:
+                self.poles.add_load_coupling(v, out)
+            free_only(self.model.fixed, out)
         return out
 
     def solve_coupled(self, step: FloatArray, tolerance: float) -> FloatArray:
@@ -313,7 +315,8 @@ class Workspace:
 
         `tolerance` is that of its residual, relative to `step`.
         """
-        return solve_coupled(lambda v: self.solve(self.load_coupling(v)), step, tolerance, self._basis)
+        with self.clock("coupling"):
+            return solve_coupled(lambda v: self.solve(self.load_coupling(v)), step, tolerance, self._basis)
 
     def room(self, q: FloatArray, step: FloatArray, share: float) -> float:
         """Return the largest fraction of a step in which no strands can pass through each other.
@@ -325,8 +328,9 @@ class Workspace:
 
     def settle(self) -> tuple[Memory, PoleMemory, float]:
         """Accept the placed samples as an equilibrium; return what friction remembers, and its work."""
-        memory, work = self.contacts.settle(self.model.law)
-        if self.poles is None:
-            return memory, PoleMemory.empty(), work
-        poles, rubbed = self.poles.settle()
-        return memory, poles, work + rubbed
+        with self.clock("friction"):
+            memory, work = self.contacts.settle(self.model.law)
+            if self.poles is None:
+                return memory, PoleMemory.empty(), work
+            poles, rubbed = self.poles.settle()
+            return memory, poles, work + rubbed
