@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
+from knitlab_core.contact.friction import Memory
 from knitlab_core.equilibrium.creep import relaxing
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State
@@ -196,10 +197,11 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
 
 
 def _torn(model: Model, state: State, edge: int) -> State:
-    """Take away the fused points at the two nodes where a fibre breaks; their energy is set free with its own.
+    """Take away what acted at the two nodes where a fibre breaks: friction, and fused points with their energy.
 
     What relaxes remembers strains of spans; the two nodes keep those of half edges.
     """
+    state = replace(state, memory=_untouched(model, state, edge))
     if state.history is not None:
         state = replace(state, history=cut_history(state.history, model.rods, edge))
     if model.bonds is None:
@@ -209,6 +211,14 @@ def _torn(model: Model, state: State, edge: int) -> State:
     bonds = state.bonds
     left = bonds._replace(hold=np.where(torn, 0.0, bonds.hold), load=np.where(torn, 0.0, bonds.load))
     return replace(state, bonds=left)
+
+
+def _untouched(model: Model, state: State, edge: int) -> Memory:
+    """Return what friction remembers but for pairs at the two nodes, which touch nothing any more."""
+    memory, m = state.memory, len(model.samples.weights)
+    nodes = np.stack([memory.key // (len(state.q) * m), memory.key % (len(state.q) * m)]) // m
+    keep = ~np.isin(nodes, [edge, edge + 1]).any(axis=0)
+    return Memory(*(values[keep] for values in memory))
 
 
 def _gradient(work: Workspace, state: State) -> FloatArray:

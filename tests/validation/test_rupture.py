@@ -184,3 +184,18 @@ def test_a_knit_with_a_broken_yarn_carries_less(bar: Callable[..., None]) -> Non
     bar("knit with a broken yarn: action = reaction", rest, 1e-4, "1", "solver tolerance")
     *_, (_, on, _) = march(left, found, lambda s: knit.target(begin + 0.0125 * (1.0 + s)), longest=1.0)
     assert knit.force(on) > knit.force(found)
+
+
+def test_a_yarn_may_break_where_it_rubs() -> None:
+    knit = make_knit(2, nodes_per_loop=16)
+    work = Workspace(knit.model)
+    *_, (_, state, _) = march(work, knit.start, lambda s: knit.target(0.3 * s), longest=0.1)
+    m, samples = len(knit.model.samples.weights), len(state.q) * len(knit.model.samples.weights)
+    rubs = int(state.memory.key[np.argmax(state.memory.load)] // samples // m)
+    for edge in (rubs, rubs - 1):  # the node that rubs is the first and the second of the broken edge
+        left, found = break_fibre(work, state, edge)
+        on = step(left, found, knit.target(0.31), 0.0)
+        assert found.fracture_work > 0.0
+        for now, then in zip(knit.force(found), knit.force(state), strict=True):
+            assert 0.0 < now < then
+        assert knit.force(on) > knit.force(found)
