@@ -23,7 +23,8 @@ from app.schemas import loads
 from knitlab_core.errors import SpecificationError
 from rigs.checkpoint import put_back
 from rigs.experiment import perform
-from rigs.instruments import measure
+from rigs.instruments import measured_parts
+from rigs.log_rate import stretches_of
 from rigs.plan import planned_duration
 from rigs.rig import mount
 from rigs.shape import wire_ends
@@ -215,8 +216,15 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
     figures: tuple[Figure, ...] = ()
     if len(trace):
         for instrument in rig.instruments:
-            samples = measure(instrument, trace, seed=log.seed, noise=log.noise, zeroings=journal.zeroings)
-            journal.writer.write_samples(samples)
+            for samples in measured_parts(
+                instrument,
+                trace,
+                seed=log.seed,
+                noise=log.noise,
+                zeroings=journal.zeroings,
+                stretches=stretches_of(trace, protocol),
+            ):
+                journal.writer.write_samples(samples)
         wall_time = perf_counter() - task.began
         figures = run_figures(trace, rig.size, journal.zeroings, wall_time, protocol=protocol)
     journal.writer.finish(outcome)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from app.rig_data import machines_of
+from app.run_layout import sample_size
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.catalogue import arranged, plated
+from rigs.log_rate import require_rates
+from rigs.logs.catalogue import LOGS, defaults
 from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.specimen import SpecimenSpec, gauge_lengths, make_specimen
 from rigs.wires import require_room
@@ -25,6 +28,9 @@ if TYPE_CHECKING:
     from rigs.protocol import Protocol
     from rigs.steps import Axis
 
+
+TEXT_SIZE: Final = 8
+"""About how much a number of a log takes as text [bytes]."""
 
 _ANY = "RGD8530-DM"
 """A material, where none matters."""
@@ -69,7 +75,9 @@ class Plan:
     duration : float
         Planned duration [s].
     rows : int
-        Rows of the log.
+        Rows of the log; near events there may be more.
+    size : float
+        About how large the files of the log will be [bytes].
     images : int
         Pictures that are asked for.
     largest_strain : float or None
@@ -84,6 +92,7 @@ class Plan:
     steps: Sequence[Planned]
     duration: float
     rows: int
+    size: float
     images: int
     largest_strain: float | None
     warnings: Sequence[str]
@@ -117,12 +126,14 @@ def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
     Raises
     ------
     ProtocolError
-        If none of them has the load cell that it asks for, with the place in the file.
+        If none of them has the load cell that it asks for, or one samples slower than it is to log, with the place.
     """
     try:
-        return machines_of(loaded.protocol)
+        machines = machines_of(loaded.protocol)
+        require_rates(loaded.protocol, machines)
     except SpecificationError as error:
         raise loaded.locate(error) from error
+    return machines
 
 
 def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
@@ -192,6 +203,7 @@ def dry_run(loaded: Loaded) -> Plan:
         rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
+    machines = fitted_machines(loaded)
     stitch, largest = protocol.specimen.stitch, None
     if protocol.others != "free" and isinstance(stitch, Stitch):
         largest = max((_budget_strain(stroke, lengths, stitch) for stroke in planned), default=0.0)
@@ -201,14 +213,23 @@ def dry_run(loaded: Loaded) -> Plan:
         steps=steps,
         duration=planned_duration(protocol, lengths),
         rows=rows,
+        size=rows * _row_size(protocol, machines),
         images=planned_images(protocol, lengths),
         largest_strain=largest,
         warnings=[
             *_budget_warning(largest, facts.locking_strain),
             *_fusing_warning(protocol.specimen, facts.clearance),
-            *_limit_warnings(protocol, fitted_machines(loaded), planned),
+            *_limit_warnings(protocol, machines, planned),
         ],
     )
+
+
+def _row_size(protocol: Protocol, machines: Mapping[MachineName, MachineData]) -> int:
+    """Return about how much a row of the log takes at most, in the record and in its instruments' files [bytes]."""
+    drives = arranged(protocol.rig, protocol.mount)
+    axes = [sum(drive.machine == machine for drive in drives.values()) for machine in machines]
+    shown = sum(len(LOGS[dialect].dialect.columns) for dialect in defaults(machines))
+    return sum(sample_size(2 * count) for count in axes) + TEXT_SIZE * shown
 
 
 def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch) -> float:
@@ -249,8 +270,6 @@ def _limit_warnings(
     for machine, data in machines.items():
         axes = [axis for axis, drive in drives.items() if drive.machine == machine]
         warnings += _machine_warnings(data, axes, planned)
-        if protocol.log.rate > data.clock.max_rate.value:
-            warnings.append(f"log: {protocol.log.rate:g} Hz asked for, limit {data.clock.max_rate.value:g} Hz")
     return warnings
 
 

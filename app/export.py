@@ -56,7 +56,7 @@ def export_run(
     """
     run = read_run(place)
     folder = run.path.parent if out is None else out
-    names = defaults(run.samples) if dialect is None else [dialect]
+    names = defaults(run.logs) if dialect is None else [dialect]
     if not names:
         raise SpecificationError("run.channels", "none", "a run that was sampled to its end")
     wanted = _units(units)
@@ -76,7 +76,7 @@ def _units(text: str | None) -> dict[str, str]:
 
 def export_logs(run: RunReader, folder: Path) -> tuple[Path, ...]:
     """Write the log of every instrument of a run in its own dialect, under the names that it gives its files."""
-    return tuple(export_log(run, folder, dialect) for dialect in defaults(run.samples))
+    return tuple(export_log(run, folder, dialect) for dialect in defaults(run.logs))
 
 
 def export_log(
@@ -113,8 +113,8 @@ def export_log(
     log = LOGS[dialect]
     shown = localised(in_units(log.dialect, {} if units is None else units), locale)
     for machine in log.machines:
-        if machine not in run.samples:
-            found = ", ".join(run.samples) or "none"
+        if machine not in run.logs:
+            found = ", ".join(run.logs) or "none"
             raise SpecificationError("run.channels", found, f"a run on {machine} that was sampled to its end")
     test = logged(run)
     path = folder / log.place.format(sample=test.sample)
@@ -123,10 +123,10 @@ def export_log(
 
 
 def _written(log: Log, test: Logged, path: Path) -> Path:
-    channels, facts = log.gather(test)
+    parts, facts = log.gather(test)
     if log.kind == "sheet":
-        return write_whole(path, [write_sheet(log.dialect, channels, test.start())])
-    return write_whole(path, write_log(log.dialect, channels, facts))
+        return write_whole(path, [write_sheet(log.dialect, parts, test.start())])
+    return write_whole(path, write_log(log.dialect, parts, facts))
 
 
 def logged(run: RunReader) -> Logged:
@@ -139,4 +139,4 @@ def logged(run: RunReader) -> Logged:
     """
     sample = str(run.provenance.get("name", "knitlab"))
     require_label("run.name", sample)
-    return Logged(sample=sample, size=run.size, samples=run.samples, facts=run.provenance)
+    return Logged(sample=sample, size=run.size, samples=run.logs, facts=run.provenance)

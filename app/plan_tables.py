@@ -30,6 +30,7 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "strokes": [_stroke_data(stroke) for stroke in plan.strokes],
         "duration_s": plan.duration,
         "rows": plan.rows,
+        "log_bytes": plan.size,
         "images": plan.images,
         "largest_strain": plan.largest_strain,
         "warnings": list(plan.warnings),
@@ -89,7 +90,9 @@ def print_plan(plan: Plan) -> None:
     if len(plan.strokes) > _MOST_LINES:
         console.print(f"... and {len(plan.strokes) - _MOST_LINES} strokes more")
     images = f", {plan.images} pictures" if plan.images else ""
-    console.print(f"planned duration {plan.duration:.4g} s, {plan.rows} rows at {plan.protocol.log.rate:g} Hz{images}")
+    size = f"{1e-6 * plan.size:.3g} MB at most"
+    rows = f"{plan.rows} rows at {plan.protocol.log.rate:g} Hz{_densities(plan)}"
+    console.print(f"planned duration {plan.duration:.4g} s, {rows}, {size}{images}")
     if plan.largest_strain is not None and plan.specimen.locking_strain is not None:
         spare = plan.specimen.locking_strain - plan.largest_strain
         console.print(
@@ -98,6 +101,13 @@ def print_plan(plan: Plan) -> None:
         )
     if not plan.warnings:
         console.print("no limit would be passed")
+
+
+def _densities(plan: Plan) -> str:
+    """Return what the steps say of their logs."""
+    log, own = plan.protocol.log, any(step.leaf.log is not None for step in plan.steps)
+    events = log.events is not None or any(step.leaf.log and step.leaf.log.events for step in plan.steps)
+    return f"{' and as the steps say' if own else ''}{', more near events' if events else ''}"
 
 
 def print_points(plans: Mapping[str, Plan]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import h5py
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
+#: Samples are written at the end of a run, many at a time, and much in them is the same again.
+PACKED: Mapping[str, object] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"
@@ -135,16 +138,18 @@ def cut(file: h5py.File, wanted: Mapping[str, int]) -> None:
             file[place].resize(wanted.get(name, 0), axis=0)
 
 
-def _column(group: h5py.Group, name: str, dtype: object, unit: str | None = None) -> None:
-    dataset = group.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(CHUNK,), dtype=dtype)
+def _column(
+    group: h5py.Group, name: str, dtype: object, unit: str | None = None, packing: Mapping[str, object] | None = None
+) -> None:
+    dataset = group.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(CHUNK,), dtype=dtype, **(packing or {}))
     if unit is not None:
         dataset.attrs["units"] = unit
 
 
-def _phase_and_tag(table: h5py.Group) -> None:
-    _column(table, "phase", "i1")
+def _phase_and_tag(table: h5py.Group, packing: Mapping[str, object] | None = None) -> None:
+    _column(table, "phase", "i1", packing=packing)
     table["phase"].attrs["meaning"] = ", ".join(PHASES)
-    _column(table, "tag", "i4")
+    _column(table, "tag", "i4", packing=packing)
 
 
 def _make_equilibria(file: h5py.File, axes: Sequence[Axis]) -> None:
@@ -170,14 +175,19 @@ def _make_steps(file: h5py.File) -> None:
 
 def _make_channels(file: h5py.File, instrument: Instrument) -> None:
     table = file["channels"].create_group(instrument.name)
-    _column(table, "Time", "f8", "s")
-    _column(table, "cycle", "i8")
+    _column(table, "Time", "f8", "s", packing=PACKED)
+    _column(table, "cycle", "i8", packing=PACKED)
     table.attrs.update({"clock_offset": instrument.offset, "clock_skew": instrument.skew})
     for kind in ("clean", "offset"):
         table.create_group(kind)
     for channel in instrument.channels:
         for place in (table, table["clean"], table["offset"]):
-            _column(place, channel.name, "f8", channel.unit)
+            _column(place, channel.name, "f8", channel.unit, packing=PACKED)
         table[channel.name].attrs.update({"reads": channel.reads, "delay": channel.delay})
     table.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
-    _phase_and_tag(table)
+    _phase_and_tag(table, PACKED)
+
+
+def sample_size(channels: int) -> int:
+    """Return how much a sample of an instrument with some channels takes before it is packed [bytes]."""
+    return 8 + 8 + 1 + 4 + 3 * 8 * channels

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import errno
 import os
-from typing import TYPE_CHECKING, cast
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, cast
 
 import h5py
 import numpy as np
 
 from app.run_layout import LAYOUT, PLATES, RUNNING
+from app.stored_log import read_logs
 from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
-from rigs.instruments import Samples
+from rigs.jumps import jump_times
 from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
+from rigs.samples import thinned
 from rigs.step_record import StepRecord
 from rigs.steps import AXES
 
@@ -21,6 +24,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.record import FloatArray, Frame, IntArray
+    from rigs.samples import Samples
+
+MOST_SHOWN: Final = 100_000
+"""Samples of a log that a plot shows."""
 
 
 class RunReader:
@@ -49,8 +56,10 @@ class RunReader:
         Extents and fibre radius.
     trace : Trace
         The equilibria.
+    logs : dict of str to StoredLog
+        What the instruments logged, by their names, to be read part by part; empty if the run was cut off before.
     samples : dict of str to Samples
-        What the instruments logged, by their names; empty if the run was cut off before.
+        The same for show: of a log of more than `MOST_SHOWN` samples those that its curve needs.
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort`` for one that did not.
     outcome : Outcome
@@ -81,12 +90,17 @@ class RunReader:
                 )
                 self.trace = self._read_trace(file["equilibria"])
                 self.steps = self._read_steps(file["steps"])
-                self.samples = self._read_all_samples(file["channels"])
+                self.logs = read_logs(path, file["channels"], self._tags, jump_times(self.trace))
                 self.outcome = _read_outcome(file["outcome"], len(self.trace))
         except FileNotFoundError:
             raise
         except (OSError, KeyError) as error:
             raise FormatError(path, 1, f"the record of a run ({error})") from error
+
+    @cached_property
+    def samples(self) -> dict[str, Samples]:
+        """Return what the instruments logged, for show."""
+        return {name: thinned(log, MOST_SHOWN) for name, log in self.logs.items()}
 
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""
@@ -117,32 +131,6 @@ class RunReader:
                 message=raw["message"][number].decode(),
             )
             for number in range(_rows(raw))
-        )
-
-    def _read_all_samples(self, channels: h5py.Group) -> dict[str, Samples]:
-        found = {name: self._read_samples(name, table) for name, table in channels.items()}
-        return {name: samples for name, samples in found.items() if samples is not None}
-
-    def _read_samples(self, instrument: str, table: h5py.Group) -> Samples | None:
-        names = tuple(table["clean"])
-        raw = {name: table[name][()] for name in ("Time", "cycle", "phase", "tag", *names)}
-        if not _rows(raw):
-            return None
-        return Samples(
-            instrument=instrument,
-            time=raw["Time"],
-            measured={name: raw[name] for name in names},
-            clean={name: cast("FloatArray", table["clean"][name][()]) for name in names},
-            offset={name: cast("FloatArray", table["offset"][name][()]) for name in names},
-            units={name: str(table[name].attrs["units"]) for name in names},
-            reads={name: str(table[name].attrs["reads"]) for name in names},
-            cycle=raw["cycle"],
-            phase=tuple(PHASES[index] for index in raw["phase"]),
-            tag=self._tag_texts(raw["tag"]),
-            overloads=tuple(text.decode() for text in table["overloads"][()]),
-            clock_offset=float(table.attrs.get("clock_offset", 0.0)),
-            clock_skew=float(table.attrs.get("clock_skew", 0.0)),
-            delay={name: late for name in names if (late := float(table[name].attrs.get("delay", 0.0))) > 0.0},
         )
 
     def _tag_texts(self, indices: FloatArray) -> tuple[str | None, ...]:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    from rigs.instruments import Samples
     from rigs.record import Equilibrium, Frame, Outcome
+    from rigs.samples import Samples
     from rigs.step_record import StepRecord
 
 #: The same in the frames.
@@ -116,7 +116,7 @@ class RunWriter:
         self._file.flush()
 
     def write_samples(self, samples: Samples) -> None:
-        """Write what an instrument logged; once, at the end."""
+        """Add a part of what an instrument logged; in the order of time, at the end of a test."""
         table, count = self._file["channels"][samples.instrument], len(samples.time)
         _append(table["Time"], samples.time, count)
         _append(table["cycle"], samples.cycle, count)
@@ -129,8 +129,10 @@ class RunWriter:
         ):
             for name, column in values.items():
                 _append(place[name], column, count)
-        if samples.overloads:
-            _append(table["overloads"], list(samples.overloads), len(samples.overloads))
+        told = {text.decode() for text in table["overloads"][()]}
+        fresh = [name for name in samples.overloads if name not in told]
+        if fresh:
+            _append(table["overloads"], fresh, len(fresh))
         self._file.flush()
 
     def finish(self, outcome: Outcome) -> None:

@@ -14,7 +14,7 @@ from rigs.instruments import overloaded
 from rigs.record import Equilibrium, Frame
 from rigs.rig import most_strained, place_of, read
 from rigs.shape import axial_strain, bending_strain, contact_force, wire_ends
-from rigs.way import Way, follow
+from rigs.way import Way, follow, peaks_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -134,10 +134,7 @@ class Bench:
         way = self.strain(self.displacement, goal)
         longest = 1.0 if increment is None or way == 0.0 else min(1.0, increment / way)
         steps = list(follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration), START))
-        return replace(
-            steps[-1],
-            cost=sum((step.cost for step in steps), Cost()),
-        )
+        return replace(steps[-1], cost=sum((step.cost for step in steps), Cost()), peaks=peaks_of(steps))
 
     def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
         return Way(start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on)

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigs.endings import TOLERANCE
 from rigs.rig import read
-from rigs.servo import Order, Search, Settled
+from rigs.servo import Order, Search, Settled, crosshead
 from rigs.way import between
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rigs.motion import Stroke
     from rigs.record import FloatArray
     from rigs.targets import Axis
+    from rigs.way import Step
 
 FIRST_PACE: Final = 1.0 / 32.0
 """First share of a stroke whose way is not known beforehand."""
@@ -97,6 +98,12 @@ class Helm:
             duration=way * self.stroke.duration,
         )
         return search.settle(start, self.slope)
+
+    def crosshead(self, step: Step, share: float) -> dict[Axis, float]:
+        """Return where the crossheads stand [m] at an equilibrium on the way to a share."""
+        bench = self.bench
+        force = read(step.rig, step.state).force
+        return crosshead(bench.rig.trains, self.orders(share), step.displacement, force)
 
     def excess(self, settled: Settled, share: float) -> float:
         """Return by what share [1] a force that stops an axis, or what ends the step, is passed."""

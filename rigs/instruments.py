@@ -15,24 +15,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
-from rigs.signals import (
-    add_noise,
-    drift,
-    interpolate,
-    lag,
-    quantise,
-    sample_times,
-    saturate,
-    stamps,
-    true_times,
-    zero_offset,
-)
+from rigs.jumps import jump_times, parted
+from rigs.samples import Samples, merged
+from rigs.signals import Curve, Lag, Offset, add_noise, drift, noise_stream, quantise, saturate, stamps
+from rigs.ticks import PART, Stretch, ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from rigs.record import Equilibrium, FloatArray, IntArray, Phase, Trace
+    from rigs.record import Equilibrium, FloatArray, Trace
     from rigs.steps import Channel as Kind
+    from rigs.ticks import Ticks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,59 +112,6 @@ class Zeroing:
     kinds: frozenset[Kind]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Samples:
-    """Hold what an instrument logged, and what it would have logged without flaw.
-
-    Attributes
-    ----------
-    instrument : str
-        Name of the instrument.
-    time : FloatArray, shape (n,)
-        Stamps of the instrument's own clock [s].
-    measured, clean : dict of str to FloatArray, shape (n,)
-        Values by the channel's name, in its SI unit.
-    offset : dict of str to FloatArray, shape (n,)
-        What zeroing took off ``measured``.
-    units : dict of str to str
-        The units of both.
-    reads : dict of str to str
-        Column of the equilibria that each channel reads.
-    cycle : IntArray, shape (n,)
-        Counter of the set at every sample.
-    phase : tuple of Phase
-        Phase at every sample.
-    tag : tuple of (str or None)
-        Label at every sample.
-    overloads : tuple of str
-        Names of the channels that were saturated at least once.
-    clock_offset, clock_skew : float
-        What the instrument's clock shows at the start of the rig's [s], and how much faster it runs [1].
-    delay : dict of str to float
-        How long after the stamp the channels were read that are read late [s].
-    """
-
-    instrument: str
-    time: FloatArray
-    measured: dict[str, FloatArray]
-    clean: dict[str, FloatArray]
-    offset: dict[str, FloatArray]
-    units: dict[str, str]
-    reads: dict[str, str]
-    cycle: IntArray
-    phase: tuple[Phase, ...]
-    tag: tuple[str | None, ...]
-    overloads: tuple[str, ...]
-    clock_offset: float = 0.0
-    clock_skew: float = 0.0
-    delay: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def true_time(self) -> FloatArray:
-        """Return the stamps as times on the rig's clock [s], shape (n,)."""
-        return true_times(self.time, self.clock_offset, self.clock_skew)
-
-
 def overloaded(instrument: Instrument, row: Equilibrium) -> Channel | None:
     """Return the first channel whose sensor feels more than it can show, or None."""
     felt = row.numbers()
@@ -181,18 +121,96 @@ def overloaded(instrument: Instrument, row: Equilibrium) -> Channel | None:
     return None
 
 
-def _shown(channel: Channel, felt: FloatArray, at: FloatArray, seed: int) -> FloatArray:
-    """Return what a channel without a limit would show: late, creeping, noisy, in whole digits."""
-    step = float(at[1] - at[0]) if len(at) > 1 else 0.0
-    late = lag(felt, step, channel.lag) if step else felt
-    noisy = add_noise(drift(late, at, channel.drift), channel.noise, seed=seed, name=channel.name)
-    return quantise(noisy, channel.resolution)
+@dataclass(slots=True, kw_only=True)
+class _Chain:
+    """Do to a channel what its measuring chain does, part by part: late, creeping, noisy, in whole digits, zeroed.
+
+    Attributes
+    ----------
+    channel : Channel
+        The channel.
+    curve : Curve
+        What its sensor feels.
+    rest : float
+        Time from which on the knit rests [s].
+    since : float
+        The first tick, from which on its zero creeps [s].
+    stream : Generator or None
+        Its noise; None for a chain without flaw.
+    zeroed : tuple of float
+        When it was zeroed [s].
+    """
+
+    channel: Channel
+    curve: Curve
+    rest: float
+    since: float
+    stream: np.random.Generator | None
+    zeroed: tuple[float, ...]
+    _lag: Lag = field(init=False)
+    _offsets: tuple[Offset, Offset] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._lag = Lag(time_constant=self.channel.lag)
+        self._offsets = Offset(zeroed=self.zeroed), Offset(zeroed=self.zeroed)
+
+    def part(self, now: Ticks, gap: float) -> _Part:
+        """Return what the channel shows at some ticks, so long after the last one [s]."""
+        channel = self.channel
+        # Beyond the last row the knit rests as it was left there.
+        felt = read = self.curve(np.minimum(now.time + channel.delay, self.rest))
+        if self.stream is not None:
+            late = self._lag(felt, now.step or gap, gap)
+            noisy = add_noise(drift(late, now.time, channel.drift, self.since), channel.noise, self.stream)
+            read = quantise(noisy, channel.resolution)
+        held = saturate(read, channel.limit)
+        # What is zeroed takes effect at the tick, however late the channel is read.
+        clean, shown = self._offsets
+        offset = shown.next(now.time, held)
+        return _Part(
+            clean=felt - clean.next(now.time, felt),
+            measured=held - offset,
+            offset=offset,
+            saturated=bool(np.any(held != read)),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Part:
+    """Hold a part of what a channel shows."""
+
+    clean: FloatArray
+    measured: FloatArray
+    offset: FloatArray
+    saturated: bool
 
 
 def measure(
-    instrument: Instrument, trace: Trace, *, seed: int, noise: bool = True, zeroings: Sequence[Zeroing] = ()
+    instrument: Instrument,
+    trace: Trace,
+    *,
+    seed: int,
+    noise: bool = True,
+    zeroings: Sequence[Zeroing] = (),
+    stretches: Sequence[Stretch] | None = None,
 ) -> Samples:
-    """Log a run of equilibria with an instrument.
+    """Log a run of equilibria with an instrument; see `measured_parts`."""
+    return merged(
+        list(measured_parts(instrument, trace, seed=seed, noise=noise, zeroings=zeroings, stretches=stretches))
+    )
+
+
+def measured_parts(
+    instrument: Instrument,
+    trace: Trace,
+    *,
+    seed: int,
+    noise: bool = True,
+    zeroings: Sequence[Zeroing] = (),
+    stretches: Sequence[Stretch] | None = None,
+    most: int = PART,
+) -> Iterator[Samples]:
+    """Log a run of equilibria with an instrument, part by part; the parts are the same to the bit however long.
 
     Parameters
     ----------
@@ -206,9 +224,13 @@ def measure(
         Whether ``measured`` passes through lag, drift, noise and quantisation; if not it equals ``clean``.
     zeroings : sequence of Zeroing
         When the channels were set to zero.
+    stretches : sequence of Stretch or None
+        At what rate which part of the test is logged; None for all of it at the instrument's.
+    most : int
+        Samples at a time.
 
-    Returns
-    -------
+    Yields
+    ------
     Samples
         One sample per tick of the instrument's clock from the first row, or its lead before it, to the last.
 
@@ -219,37 +241,48 @@ def measure(
     """
     if not len(trace):
         raise SpecificationError("equilibria", 0, "at least one row to sample")
-    times, stroke = trace.columns["time"], trace.strokes()
-    ticks = sample_times(times[0] - instrument.lead, times[-1], instrument.rate * (1.0 + instrument.skew))
-    clean, measured, offset, overloads = {}, {}, {}, []
-    for channel in instrument.channels:
-        # Beyond the last row the knit rests as it was left there.
-        at = np.minimum(ticks + channel.delay, times[-1])
-        felt = interpolate(times, trace.columns[channel.reads], stroke, at)
-        read = _shown(channel, felt, ticks, seed) if noise else felt
-        held = saturate(read, channel.limit)
-        if np.any(held != read):
-            overloads.append(channel.name)
-        # What is zeroed takes effect at the tick, however late the channel is read.
-        zeroed = [zeroing.time for zeroing in zeroings if channel.kind in zeroing.kinds]
-        clean[channel.name] = felt - zero_offset(ticks, felt, zeroed)
-        offset[channel.name] = zero_offset(ticks, held, zeroed)
-        measured[channel.name] = held - offset[channel.name]
+    jumps, whole = jump_times(trace), parted(trace)
+    times, strokes = whole.columns["time"], whole.strokes()
+    start = float(times[0]) - instrument.lead
+    chains = {
+        channel.name: _Chain(
+            channel=channel,
+            curve=Curve.through(times, whole.columns[channel.reads], strokes),
+            rest=float(times[-1]),
+            since=start,
+            stream=noise_stream(seed=seed, name=channel.name) if noise else None,
+            zeroed=tuple(zeroing.time for zeroing in zeroings if channel.kind in zeroing.kinds),
+        )
+        for channel in instrument.channels
+    }
+    before = start
+    wanted = [Stretch(end=float(times[-1]), rate=instrument.rate)] if stretches is None else stretches
+    for now in ticks(start, wanted, skew=instrument.skew, most=most):
+        parts = {name: chain.part(now, float(now.time[0]) - before) for name, chain in chains.items()}
+        before = float(now.time[-1])
+        yield _samples(instrument, trace, now.time, parts, jumps)
+
+
+def _samples(
+    instrument: Instrument, trace: Trace, at: FloatArray, parts: Mapping[str, _Part], jumps: FloatArray
+) -> Samples:
+    """Put what the channels show at some ticks together."""
     # The row that ends the interval of a sample names its stroke.
-    row = np.minimum(np.searchsorted(times, ticks - 1e-9), len(trace) - 1)
+    row = np.minimum(np.searchsorted(trace.columns["time"], at - 1e-9), len(trace) - 1)
     return Samples(
         instrument=instrument.name,
-        time=stamps(ticks, instrument.offset, instrument.skew),
-        measured=measured,
-        clean=clean,
-        offset=offset,
+        time=stamps(at, instrument.offset, instrument.skew),
+        measured={name: part.measured for name, part in parts.items()},
+        clean={name: part.clean for name, part in parts.items()},
+        offset={name: part.offset for name, part in parts.items()},
         units={channel.name: channel.unit for channel in instrument.channels},
         reads={channel.name: channel.reads for channel in instrument.channels},
         cycle=trace.columns["cycle"][row].astype(np.int64),
         phase=tuple(trace.phase[i] for i in row),
         tag=tuple(trace.tag[i] for i in row),
-        overloads=tuple(overloads),
+        overloads=tuple(name for name, part in parts.items() if part.saturated),
         clock_offset=instrument.offset,
         clock_skew=instrument.skew,
         delay={channel.name: channel.delay for channel in instrument.channels if channel.delay > 0.0},
+        jumps=jumps,
     )

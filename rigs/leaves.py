@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigs.steps import Step
-    from rigs.targets import Until
+    from rigs.targets import StepLog, Until
 
 Single: TypeAlias = Zero | Preload | Ramp | Hold | Cycle | UntilRupture | Image
 
@@ -48,6 +48,11 @@ class Leaf:
     def until(self) -> Until | None:
         """Return what ends the step early."""
         return None if isinstance(self.step, Zero | Image) else self.step.until
+
+    @property
+    def log(self) -> StepLog | None:
+        """Return how the step is logged where it differs from the test."""
+        return None if isinstance(self.step, Zero | Image) else self.step.log
 
 
 def leaves(steps: Sequence[Step]) -> Iterator[Leaf]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
 from rigs.leaves import leaves
+from rigs.log_rate import planned_samples
 from rigs.motion import Planner, Sight
 from rigs.steps import Image
 
@@ -88,18 +89,19 @@ def planned_duration(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) ->
 
 
 def planned_rows(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> int:
-    """Return how many rows the log will have: one at the start, then one each tick of its clock.
+    """Return how many rows the log will have: one at the start, then one each tick of its clock; events not counted.
 
     Raises
     ------
     SpecificationError
         If they are more than `MAX_ROWS`.
     """
-    ticks = planned_duration(protocol, gauge_lengths) * protocol.log.rate
+    steps = planned_steps(protocol, gauge_lengths)
+    ticks = planned_samples(protocol, [(step.leaf, step.strokes, step.duration) for step in steps])
     # Rounding in the sum of durations must not lose the row of the last tick.
     rows = math.floor(ticks * (1 + 1e-12)) + 1
     if rows > MAX_ROWS:
-        rate = f"{protocol.log.rate:g} Hz, which makes {rows} rows"
+        rate = f"{protocol.log.rate:g} Hz, which makes {rows} rows with what the steps say"
         raise SpecificationError("log.rate", rate, f"a rate that makes {MAX_ROWS} rows or fewer")
     return rows
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from rigs.bounds import require, require_label
+from rigs.bounds import require, require_count, require_frequency, require_label
 from rigs.catalogue import CATALOGUE
 from rigs.specimen import SpecimenSpec
 from rigs.steps import (
@@ -26,6 +26,7 @@ from rigs.steps import (
     Rate,
     Repeat,
     Step,
+    StepLog,
     StrainRate,
     Target,
     Until,
@@ -58,6 +59,7 @@ __all__ = [
     "Repeat",
     "SpecimenSpec",
     "Step",
+    "StepLog",
     "StrainRate",
     "Target",
     "Until",
@@ -71,20 +73,27 @@ MAX_STROKES = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogSpec:
-    """Say how the instruments sample: rate [Hz], noise or none, and the noise's seed [1].
+    """Say how the instruments sample: rate, and rate near events [Hz], noise or none, and the noise's seed [1].
+
+    Events are the jumps of the specimen: a fibre or a fused point that breaks, a snap. Of the cycles of a step `cycle`
+    the first, the last and every n-th is kept. A step may say otherwise.
 
     On a rig of two machines also what the clock of the one shows when the frame's starts [s], and how much faster it
     runs [1]; None for what its data file says.
     """
 
     rate: float = 10.0
+    events: float | None = None
+    every_cycle: int = 1
     noise: bool = True
     seed: int = 0
     clock_offset: float | None = None
     clock_skew: float | None = None
 
     def __post_init__(self) -> None:
-        require(0.0 < self.rate <= 1e4, "rate", f"{self.rate:g} Hz", "a frequency above 0 and up to 10 kHz")
+        require_frequency("rate", self.rate)
+        require_frequency("events", self.events)
+        require_count("every_cycle", self.every_cycle)
         require(0 <= self.seed < 2**63, "seed", self.seed, "a whole number from 0 to 2^63 - 1")
         offset, skew = self.clock_offset or 0.0, self.clock_skew or 0.0
         require(abs(offset) <= 3600.0, "clock_offset", f"{offset:g} s", "a time from -3600 s to 3600 s")

@@ -7,77 +7,75 @@ F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300: the shape
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitlab_core.errors import SpecificationError
+from rigs.jumps import pieces
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from rigs.record import FloatArray, IntArray
 
 
-def sample_times(start: float, end: float, rate: float) -> FloatArray:
-    """Return the ticks of the clock from start to end, both counted when they are ticks.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Curve:
+    """Shape-preserving cubics through rows, one for each stroke and from jump to jump.
 
-    Parameters
+    The pieces meet at the turning points with a slope of their own on either side, so a peak is neither rounded nor
+    overshot. Rows at one time are a jump: the curve goes up to the first of them and on from the last.
+
+    Attributes
     ----------
-    start, end : float
-        First tick and last moment [s].
-    rate : float
-        Ticks per second [Hz].
-
-    Returns
-    -------
-    FloatArray, shape (n,)
-        Times start + k / rate [s].
-
-    Raises
-    ------
-    SpecificationError
-        If the rate is not above 0.
+    first : float
+        Value where there is no piece [unit of the rows].
+    ends : FloatArray, shape (k,)
+        Times at which the pieces end [s]; a piece has its end, not its beginning.
+    begins : FloatArray, shape (k,)
+        Times at which they begin [s].
+    cubics : tuple of callable
+        The pieces.
     """
-    if not rate > 0:
-        raise SpecificationError("log.rate", rate, "a rate above 0 Hz")
-    count = int(np.floor((end - start) * rate + 1e-9)) + 1
-    return start + np.arange(count) / rate
 
+    first: float
+    begins: FloatArray
+    ends: FloatArray
+    cubics: tuple[Callable[[FloatArray], FloatArray], ...]
 
-def interpolate(time: FloatArray, values: FloatArray, stroke: IntArray, at: FloatArray) -> FloatArray:
-    """Pass a shape-preserving cubic through the rows, stroke by stroke.
+    @classmethod
+    def through(cls, time: FloatArray, values: FloatArray, stroke: IntArray) -> Curve:
+        """Return the curve through rows.
 
-    The pieces meet at the turning points with a slope of their own on either side, so a peak is
-    neither rounded nor overshot.
+        Parameters
+        ----------
+        time, values : FloatArray, shape (n,)
+            The rows; times [s] do not fall.
+        stroke : IntArray, shape (n,)
+            Stroke of every row; a stroke starts at the last row of the one before.
+        """
+        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (11 MB that a test need not carry to its end)
 
-    Parameters
-    ----------
-    time, values : FloatArray, shape (n,)
-        The rows; times [s] do not fall.
-    stroke : IntArray, shape (n,)
-        Stroke of every row; a stroke starts at the last row of the one before.
-    at : FloatArray, shape (m,)
-        Times to read at [s].
+        rows = pieces(time, stroke)
+        return cls(
+            first=float(values[0]),
+            begins=np.array([time[begin] for begin, _ in rows], dtype=np.float64),
+            ends=np.array([time[end] for _, end in rows], dtype=np.float64),
+            cubics=tuple(PchipInterpolator(time[b : e + 1], values[b : e + 1]) for b, e in rows),
+        )
 
-    Returns
-    -------
-    FloatArray, shape (m,)
-        Values, in the unit of the rows.
-    """
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (11 MB that a test need not carry to its end)
-
-    result = np.full(at.shape, values[0])
-    for index in np.unique(stroke):
-        rows = np.flatnonzero(stroke == index)
-        first, last = max(rows[0] - 1, 0), rows[-1]
-        inside = (at > time[first]) & (at <= time[last])
-        # Of rows at the same time, a step of no duration, the last one counts.
-        keep = np.append(np.diff(time[first : last + 1]) > 0, True)
-        t, y = time[first : last + 1][keep], values[first : last + 1][keep]
-        if inside.any() and len(t) > 1:
-            result[inside] = PchipInterpolator(t, y)(at[inside])
-    return result
+    def __call__(self, at: FloatArray) -> FloatArray:
+        """Return the values, (m,), at some times [s], (m,)."""
+        result = np.full(at.shape, self.first)
+        if not self.cubics:
+            return result
+        piece = np.minimum(np.searchsorted(self.ends, at, side="left"), len(self.cubics) - 1)
+        for number in np.unique(piece):
+            inside = (piece == number) & (at > self.begins[number]) & (at <= self.ends[number])
+            if inside.any():
+                result[inside] = self.cubics[number](at[inside])
+        return result
 
 
 def stamps(time: FloatArray, offset: float, skew: float) -> FloatArray:
@@ -90,68 +88,81 @@ def true_times(stamped: FloatArray, offset: float, skew: float) -> FloatArray:
     return (stamped - offset) / (1.0 + skew)
 
 
-def lag(values: FloatArray, step: float, time_constant: float) -> FloatArray:
-    """Pass a signal through a low-pass of first order, T y' + y = x, settled at the first sample.
+@dataclass(slots=True, kw_only=True)
+class Lag:
+    """Low-pass of first order, T y' + y = x, settled at the first sample, that goes on from part to part of a signal.
 
     The recursion is the exact solution for an x that is straight between its samples::
 
         y[k+1] = a y[k] + (b - a) x[k] + (1 - b) x[k+1],  a = exp(-h/T),  b = (T/h) (1 - a)
 
-    Parameters
+    Attributes
     ----------
-    values : FloatArray, shape (n,)
-        Signal x at evenly spaced times [unit of the channel].
-    step : float
-        Time h between two samples [s].
     time_constant : float
         Time constant T [s]; 0 changes nothing.
-
-    Returns
-    -------
-    FloatArray, shape (n,)
-        Signal y [unit of the channel].
     """
-    if not time_constant > 0.0:
-        return values
-    from scipy.signal import lfilter  # noqa: PLC0415 (as above)
 
+    time_constant: float
+    _step: float | None = None
+    _memory: FloatArray = field(default_factory=lambda: np.zeros(1))
+    _last: tuple[float, float] | None = None
+
+    def __call__(self, values: FloatArray, step: float, gap: float) -> FloatArray:
+        """Return the signal y, (n,), of the next part of the signal x.
+
+        Parameters
+        ----------
+        values : FloatArray, shape (n,)
+            Signal x at evenly spaced times [unit of the channel].
+        step : float
+            Time h between two samples [s].
+        gap : float
+            Time between the last sample of the part before and the first of this one [s].
+        """
+        if not self.time_constant > 0.0 or not step > 0.0:
+            return values
+        from scipy.signal import lfilter  # noqa: PLC0415 (as above)
+
+        decay, share = _decay(step, self.time_constant)
+        if self._last is None:
+            # A settled past: at rest the filter's memory holds the first sample.
+            memory = np.array([values[0] * share])
+        elif step == self._step:
+            memory = self._memory
+        else:
+            before, shown = self._last
+            slower, less = _decay(gap, self.time_constant)
+            first = slower * shown + (less - slower) * before + (1.0 - less) * values[0]
+            memory = np.array([first - (1.0 - share) * values[0]])
+        filtered: FloatArray
+        filtered, self._memory = lfilter([1.0 - share, share - decay], [1.0, -decay], values, zi=memory)
+        self._step, self._last = step, (float(values[-1]), float(filtered[-1]))
+        return filtered
+
+
+def _decay(step: float, time_constant: float) -> tuple[float, float]:
+    """Return a and b of the recursion of `Lag` [1]."""
     ratio = step / time_constant
-    decay = np.exp(-ratio)
-    share = -np.expm1(-ratio) / ratio
-    # A settled past: at rest the filter's memory holds the first sample.
-    memory = np.array([values[0] * share])
-    filtered, _ = lfilter([1.0 - share, share - decay], [1.0, -decay], values, zi=memory)
-    result: FloatArray = filtered
-    return result
+    return float(np.exp(-ratio)), float(-np.expm1(-ratio) / ratio)
 
 
-def drift(values: FloatArray, time: FloatArray, rate: float) -> FloatArray:
-    """Add a zero that creeps away from the first sample on at a rate [unit of the channel / s]."""
-    crept: FloatArray = values + rate * (time - time[0])
+def drift(values: FloatArray, time: FloatArray, rate: float, since: float) -> FloatArray:
+    """Add a zero that creeps away from a time [s] on at a rate [unit of the channel / s]."""
+    crept: FloatArray = values + rate * (time - since)
     return crept
 
 
-def add_noise(values: FloatArray, deviation: float, *, seed: int, name: str) -> FloatArray:
-    """Add white noise from the stream that belongs to this seed and this channel's name.
+def noise_stream(*, seed: int, name: str) -> np.random.Generator:
+    """Return the stream of noise that belongs to this seed and this channel's name.
 
-    Parameters
-    ----------
-    values : FloatArray, shape (n,)
-        Signal [unit of the channel].
-    deviation : float
-        Standard deviation [unit of the channel].
-    seed : int
-        Seed of the run.
-    name : str
-        Name of the channel. Another channel more or less changes no stream.
-
-    Returns
-    -------
-    FloatArray, shape (n,)
-        Noisy signal [unit of the channel].
+    Another channel more or less changes no stream, and it gives the same numbers however many are drawn at a time.
     """
-    key = np.random.SeedSequence(entropy=seed, spawn_key=tuple(name.encode()))
-    return values + deviation * np.random.default_rng(key).standard_normal(values.shape)
+    return np.random.default_rng(np.random.SeedSequence(entropy=seed, spawn_key=tuple(name.encode())))
+
+
+def add_noise(values: FloatArray, deviation: float, stream: np.random.Generator) -> FloatArray:
+    """Add white noise of a standard deviation [unit of the channel] from a stream."""
+    return values + deviation * stream.standard_normal(values.shape)
 
 
 def quantise(values: FloatArray, resolution: float) -> FloatArray:
@@ -187,3 +198,28 @@ def zero_offset(time: FloatArray, values: FloatArray, zeroed: Sequence[float]) -
         if first < len(time):
             offset[first:] = values[first]
     return offset
+
+
+@dataclass(slots=True, kw_only=True)
+class Offset:
+    """What zeroing takes off the samples of a channel, part by part; see `zero_offset`.
+
+    Attributes
+    ----------
+    zeroed : tuple of float
+        Times at which the channel will be zeroed, rising [s].
+    now : float
+        What the last zeroing took off [unit of the channel].
+    """
+
+    zeroed: tuple[float, ...]
+    now: float = 0.0
+
+    def next(self, time: FloatArray, values: FloatArray) -> FloatArray:
+        """Return the offsets of the next samples, (n,), at their times [s], (n,)."""
+        offset = np.full_like(values, self.now)
+        while self.zeroed and time.size and self.zeroed[0] <= time[-1] + 1e-9:
+            first = int(np.searchsorted(time, self.zeroed[0] - 1e-9))
+            self.now, self.zeroed = float(values[first]), self.zeroed[1:]
+            offset[first:] = self.now
+        return offset

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Final
 
+from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.endings import TOLERANCE, Ending
 from rigs.helm import helm_of
 from rigs.motion import PRELOAD_REACH
@@ -72,6 +73,9 @@ def steer(
         settled, share = _approach(helm, mark if aim > mark - CLOSE else aim)
         caught_up = settled.met
         share = share if caught_up else _lag(helm, settled, share)
+        over = yield from _peaks(helm, settled, share)
+        if over is not None:
+            return over
         _learn(helm, settled, share)
         helm.share = share
         bench.time = helm.time(share)
@@ -88,6 +92,29 @@ def steer(
         over = bench.over() or watch.met(bench.controller, bench.memory, bench.crosshead)
         if pictured:
             yield bench.pictured(bench.memory.image_tag)
+        if over is not None:
+            return over
+    return None
+
+
+def _peaks(helm: Helm, settled: Settled, share: float) -> Generator[Equilibrium, None, Ending | None]:
+    """Yield the rows right before the specimen jumps on the way to a share; return what ends the test at one.
+
+    A jump comes when the crosshead, or the force, of the axis that goes farthest is where it was then.
+    """
+    bench, stroke, begin = helm.bench, helm.stroke, helm.share
+    start = bench.crosshead
+    far = max(bench.rig.grips, key=lambda axis: abs(settled.crosshead[axis] - start[axis]) / bench.rig.gauges[axis])
+    way = settled.crosshead[far] - start[far]
+    for peak in settled.step.peaks:
+        crosshead = helm.crosshead(peak, share)
+        gone = (crosshead[far] - start[far]) / way if way != 0.0 else peak.share
+        helm.share = max(helm.share, begin + min(max(gone, 0.0), 1.0) * (share - begin))
+        bench.time = helm.time(helm.share)
+        # From here nothing can go on: the row after the jump is found from the row before this one.
+        # Its cost counts with the row after it.
+        yield bench.accept(replace(peak, place=None, cost=Cost()), stroke, crosshead)
+        over = bench.over()
         if over is not None:
             return over
     return None

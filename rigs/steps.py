@@ -13,6 +13,7 @@ from rigs.targets import (
     Control,
     ForceRate,
     Rate,
+    StepLog,
     StrainRate,
     Target,
     Until,
@@ -40,6 +41,7 @@ __all__ = [
     "Rate",
     "Repeat",
     "Step",
+    "StepLog",
     "StrainRate",
     "Target",
     "Until",
@@ -80,12 +82,14 @@ class Preload:
     rate: Rate
     control: Control | None = None
     until: Until | None = None
+    log: StepLog | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
         require_axes(self.axes)
         require(0.0 < self.force <= 1e4, "force", f"{self.force:g} N", "a force above 0 and up to 10 kN")
         require_rate(self.rate, self.drives)
+        _require_no_cycles(self.log)
         require_label("tag", self.tag)
 
     @property
@@ -103,12 +107,14 @@ class Ramp:
     rate: Rate
     control: Control | None = None
     until: Until | None = None
+    log: StepLog | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
         require_axes(self.axes)
         _require_same(self.control, self.to)
         require_rate(self.rate, self.drives)
+        _require_no_cycles(self.log)
         require_label("tag", self.tag)
 
     @property
@@ -125,6 +131,7 @@ class Hold:
     axes: tuple[Axis, ...] = ()
     control: Control | None = None
     until: Until | None = None
+    log: StepLog | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
@@ -133,6 +140,7 @@ class Hold:
             require_axes(self.axes)
         named = bool(self.axes) or self.control != "force"
         require(named, "axes", "nothing", "a list of the axes whose force is held, such as [C, W]")
+        _require_no_cycles(self.log)
         require_label("tag", self.tag)
 
 
@@ -150,6 +158,7 @@ class Cycle:
     n: int
     control: Control = "strain"
     until: Until | None = None
+    log: StepLog | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
@@ -192,6 +201,7 @@ class UntilRupture:
     to: Target | None = None
     control: Control | None = None
     until: Until | None = None
+    log: StepLog | None = None
     tag: str | None = None
 
     def __post_init__(self) -> None:
@@ -201,6 +211,7 @@ class UntilRupture:
         require(self.to is None or self.to.kind != "force", "to", "a force", "a strain or a displacement")
         require_rate(self.rate, self.drives)
         require_drop("drop", self.drop)
+        _require_no_cycles(self.log)
         require_label("tag", self.tag)
 
     @property
@@ -262,6 +273,12 @@ def axes_of(steps: Sequence[Step], under: str = "steps") -> Iterator[tuple[str, 
                 yield f"{place}.axes", step.axes
             case _:
                 pass
+
+
+def _require_no_cycles(log: StepLog | None) -> None:
+    """Raise if a step without cycles keeps some of them."""
+    every = None if log is None else log.every_cycle
+    require(every is None, "log.every_cycle", every, "no such field: only a step cycle has cycles")
 
 
 def _require_same(control: Control | None, to: Target) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from rigs.bounds import require
+from rigs.bounds import require, require_count, require_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,6 +99,30 @@ class Until:
             require_time("until.time", self.time)
         if self.drop is not None:
             require_drop("until.drop", self.drop)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepLog:
+    """Say how a step is logged where it differs from the test.
+
+    Parameters
+    ----------
+    rate, events : float or None
+        Samples per second, and near events [Hz].
+    every_cycle : int or None
+        Of the cycles of a step `cycle` the first, the last and every so manieth is kept [1].
+    """
+
+    rate: float | None = None
+    events: float | None = None
+    every_cycle: int | None = None
+
+    def __post_init__(self) -> None:
+        given = [field.name for field in fields(self) if getattr(self, field.name) is not None]
+        require(len(given) > 0, "log", "nothing", "one or more of rate, events and every_cycle")
+        require_frequency("log.rate", self.rate)
+        require_frequency("log.events", self.events)
+        require_count("log.every_cycle", self.every_cycle)
 
 
 def require_axes(axes: Sequence[str]) -> None:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
+from knitlab_core.equilibrium.snapping import jumps_between
 from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.errors import ConvergenceError
 from rigs.cursor import START, Place
 from rigs.rig import most_strained, pose, without_edge
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options, Report
@@ -51,6 +53,8 @@ class Step:
         Whether the test ends with that break.
     place : Place or None
         From where the way can be gone on; None where a fibre breaks.
+    peaks : tuple of Step
+        The equilibria right before the specimen jumped on a way that was gone at once, without the one at its start.
     """
 
     share: float
@@ -62,6 +66,7 @@ class Step:
     broken: Spot | None = None
     final: bool = False
     place: Place | None = None
+    peaks: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,6 +104,12 @@ def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, 
     if share == 1.0:
         return dict(end)
     return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
+
+
+def peaks_of(steps: Sequence[Step]) -> tuple[Step, ...]:
+    """Return the equilibria after which the specimen jumps, of several jumps at one place that before the first."""
+    jumps = [False, *(jumps_between(before.state, after.state) for before, after in pairwise(steps))]
+    return tuple(steps[k] for k, jump in enumerate(jumps[1:]) if jump and not jumps[k])
 
 
 def follow(rig: Rig, state: State, way: Way, place: Place = START) -> Iterator[Step]:

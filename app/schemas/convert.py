@@ -79,6 +79,8 @@ def to_yaml(protocol: Protocol) -> str:
         "others": protocol.others,
         "log": {
             "rate": write(protocol.log.rate, "frequency"),
+            **({} if protocol.log.events is None else {"events": write(protocol.log.events, "frequency")}),
+            **({} if protocol.log.every_cycle == 1 else {"every_cycle": protocol.log.every_cycle}),
             "noise": "on" if protocol.log.noise else "off",
             "seed": protocol.log.seed,
             **({} if protocol.log.clock_offset is None else {"clock_offset": write(protocol.log.clock_offset, "time")}),
@@ -100,6 +102,8 @@ def _log(model: LogModel, document: Document) -> LogSpec:
     with at(document, ("log",)):
         return LogSpec(
             rate=model.rate,
+            events=model.events,
+            every_cycle=model.every_cycle,
             noise=model.noise,
             seed=model.seed,
             clock_offset=model.clock_offset,

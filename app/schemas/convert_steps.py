@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.schemas.locate import at
 from app.schemas.steps import (
+    CycleLogModel,
     CycleModel,
     HoldStep,
     ImageStep,
@@ -20,13 +21,13 @@ from app.schemas.steps import (
 from app.units import parse, write
 from knitlab_core.errors import SpecificationError, UnitError
 from rigs.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
-from rigs.targets import ForceRate, StrainRate, Target, Until
+from rigs.targets import ForceRate, StepLog, StrainRate, Target, Until
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.schemas.document import Document, Place
-    from app.schemas.steps import TargetModel, UntilModel
+    from app.schemas.steps import StepLogModel, TargetModel, UntilModel
     from app.units import Dimension
     from rigs.targets import Control, Rate
 
@@ -59,7 +60,8 @@ def _step(model: StepModel, document: Document, place: Place) -> Step:
             case HoldStep(hold=held):
                 until = _until(held.until, document, inner)
                 axes = tuple(held.axes or ())
-                return Hold(duration=held.duration, axes=axes, control=held.control, until=until, tag=held.tag)
+                log = _log(held.log, document, inner)
+                return Hold(duration=held.duration, axes=axes, control=held.control, until=until, log=log, tag=held.tag)
             case _:
                 return _drive(getattr(model, name), document, inner)
 
@@ -73,6 +75,7 @@ def _drive(
         "rate": body.rate,
         "control": body.control,
         "until": _until(body.until, document, place),
+        "log": _log(body.log, document, place),
         "tag": body.tag,
     }
     match body:
@@ -105,6 +108,15 @@ def _until(model: UntilModel | None, document: Document, place: Place) -> Until 
         return Until(**{one.name: getattr(model, one.name) for one in fields(Until)})
 
 
+def _log(model: StepLogModel | None, document: Document, place: Place) -> StepLog | None:
+    """Return how a step is logged."""
+    if model is None:
+        return None
+    with at(document, place):
+        every = model.every_cycle if isinstance(model, CycleLogModel) else None
+        return StepLog(rate=model.rate, events=model.events, every_cycle=every)
+
+
 def _level(body: CycleModel, name: str) -> float:
     """Return an end of a cycle, in what its `control` measures."""
     value = getattr(body, name)
@@ -128,7 +140,9 @@ def written_step(step: Step) -> dict[str, Any]:
         case _:
             body = {
                 **_given(axes=list(step.axes) or None, **_own(step)),
-                **_given(control=step.control, until=_written_until(step.until), tag=step.tag),
+                **_given(
+                    control=step.control, until=_written_until(step.until), log=_written_log(step.log), tag=step.tag
+                ),
             }
     return {step_name(step): body}
 
@@ -174,6 +188,17 @@ def _written_until(until: Until | None) -> dict[str, Any] | None:
         displacement=None if until.displacement is None else write(until.displacement, "length"),
         time=None if until.time is None else _time(until.time),
         drop=until.drop,
+    )
+
+
+def _written_log(log: StepLog | None) -> dict[str, Any] | None:
+    """Return how a step is logged as the data of a file."""
+    if log is None:
+        return None
+    return _given(
+        rate=None if log.rate is None else write(log.rate, "frequency"),
+        events=None if log.events is None else write(log.events, "frequency"),
+        every_cycle=log.every_cycle,
     )
 
 

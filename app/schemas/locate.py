@@ -12,7 +12,7 @@ from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, nearest, shown
 from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
-from app.schemas.steps import STEPS
+from app.schemas.steps import STEPS, CycleLogModel, StepLogModel
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -90,6 +90,8 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
         models = {**MODELS, "knit": VolumetricStitchModel}
     if FILAMENT in details["loc"]:
         models = {**MODELS, "knit": FilamentModel}
+    if place[:1] == ("steps",):
+        models = {**MODELS, "log": CycleLogModel if "cycle" in place else StepLogModel}
     path, field = document.path, dotted(place) or "protocol"
     if kind == "extra_forbidden":
         known = list(_fields(place[:-1], models))

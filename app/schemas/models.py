@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
-from app.schemas.steps import STEP_MODELS, StepModel
+from app.schemas.steps import EVENTS, EVERY_CYCLE, STEP_MODELS, StepModel
 from app.schemas.values import Force, Frequency, Strain, Switch, Time
 from app.units import allowed
 from rigs.catalogue import Others, RigName
@@ -29,6 +29,8 @@ class LogModel(Model):
     """Say how the instruments sample."""
 
     rate: Frequency = Field(default=10.0, description=allowed("frequency"))
+    events: Frequency | None = Field(default=None, description=EVENTS)
+    every_cycle: int = Field(default=1, description=EVERY_CYCLE)
     noise: Switch = Field(default=True, description="on or off")
     seed: int = Field(default=0, description="a whole number from 0")
     clock_offset: Time | None = Field(default=None, description=allowed("time"))

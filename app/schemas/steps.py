@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Length, Level, Strain, Time, refuse
+from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Frequency, Length, Level, Strain, Time, refuse
 from app.units import allowed
 from rigs.steps import RUPTURE_DROP, Axis, Channel, Control
 
@@ -16,6 +16,9 @@ _COUNT: Final = "a whole number from 1"
 _DROP: Final = "a share of the peak, such as 60 %"
 _CONTROL: Final = "strain, displacement or force: what follows its course at the rate"
 _UNTIL: Final = "a mapping of what ends the step early, such as {force: 2 N}, {time: 20 s} or {drop: 60 %}"
+EVENTS: Final = f"the rate near jumps of the specimen, {allowed('frequency')}"
+EVERY_CYCLE: Final = "a whole number n from 1: the first, the last and every n-th cycle of a step cycle is logged"
+_LOG: Final = "a mapping of how the step is logged, such as {rate: 1 Hz} or {rate: 1 Hz, events: 100 Hz}"
 _TAG: Final = Field(default=None, description="a short text")
 
 
@@ -33,6 +36,19 @@ class UntilModel(Model):
     displacement: Length | None = Field(default=None, description=allowed("length"))
     time: Time | None = Field(default=None, description=allowed("time"))
     drop: Strain | None = Field(default=None, description=_DROP)
+
+
+class StepLogModel(Model):
+    """Say how a step is logged where it differs from the test."""
+
+    rate: Frequency | None = Field(default=None, description=allowed("frequency"))
+    events: Frequency | None = Field(default=None, description=EVENTS)
+
+
+class CycleLogModel(StepLogModel):
+    """Say also which of its cycles are."""
+
+    every_cycle: int | None = Field(default=None, description=EVERY_CYCLE)
 
 
 class TargetModel(Model):
@@ -58,6 +74,7 @@ class PreloadModel(Model):
     rate: AnyRate = Field(description=RATE)
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
+    log: StepLogModel | None = Field(default=None, description=_LOG)
     tag: str | None = _TAG
 
 
@@ -69,6 +86,7 @@ class RampModel(Model):
     rate: AnyRate = Field(description=RATE)
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
+    log: StepLogModel | None = Field(default=None, description=_LOG)
     tag: str | None = _TAG
 
 
@@ -79,6 +97,7 @@ class HoldModel(Model):
     axes: list[Axis] | None = Field(default=None, description=_AXES)
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
+    log: StepLogModel | None = Field(default=None, description=_LOG)
     tag: str | None = _TAG
 
 
@@ -92,6 +111,7 @@ class CycleModel(Model):
     n: int = Field(description=_COUNT)
     control: Control = Field(default="strain", description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
+    log: CycleLogModel | None = Field(default=None, description=_LOG)
     tag: str | None = _TAG
 
 
@@ -104,6 +124,7 @@ class UntilRuptureModel(Model):
     to: TargetModel | None = Field(default=None, description="a ceiling, such as {strain: 1.2}")
     control: Control | None = Field(default=None, description="strain or displacement")
     until: UntilModel | None = Field(default=None, description=_UNTIL)
+    log: StepLogModel | None = Field(default=None, description=_LOG)
     tag: str | None = _TAG
 
 

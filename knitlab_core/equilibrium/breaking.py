@@ -1,7 +1,7 @@
 """Bonds that break on the way from equilibrium to equilibrium.
 
 A step goes no farther than to where the next bond is at its strength, so that the peak is kept whatever the
-step. The next step begins with the break: at the same fixtures, again and again until no bond is at its strength.
+step. Then comes the break: at the same fixtures, again and again until no bond is at its strength.
 """
 
 from collections.abc import Callable
@@ -46,14 +46,13 @@ def reach(search: Search, state: State, locate: float, start: float, goal: float
     at, to = start, goal
     spent, tries = 0, 0
     while True:
-        due = state.bonds.load >= 1.0 - locate
-        breaks = bool(due.any())
-        found, report = _break(search, state, due, at) if breaks else search(state, at, to)
+        broken = break_due(search, state, locate, at)
+        found, report = search(state, at, to) if broken is None else broken
         spent += report.iterations
         report = replace(report, iterations=spent)
         if found is None:
             return to, None, report
-        if breaks:
+        if broken is not None:
             state = found
             continue
         load = float(found.bonds.load.max(initial=0.0))
@@ -66,6 +65,18 @@ def reach(search: Search, state: State, locate: float, start: float, goal: float
         begin = float(state.bonds.load.max(initial=0.0))
         share = (1.0 - 0.5 * locate - begin) / (load - begin)
         to = at + min(max(share, 0.1), 0.9) * (to - at)
+
+
+def break_due(search: Search, state: State, locate: float, at: float) -> tuple[State | None, Report] | None:
+    """Break the bonds that are at their strength, the fixtures where they are; None where there is no such bond.
+
+    Returns
+    -------
+    (State or None, Report) or None
+        The equilibrium without them, in which others may be at their strength; None where none was found.
+    """
+    due = state.bonds.load >= 1.0 - locate
+    return _break(search, state, due, at) if due.any() else None
 
 
 def _break(search: Search, state: State, due: BoolArray, at: float) -> tuple[State | None, Report]:

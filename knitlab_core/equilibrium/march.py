@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium.breaking import reach
+from knitlab_core.equilibrium.breaking import break_due, reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
 from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
@@ -225,8 +225,8 @@ def march(
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
     Steps are as long as friction's path allows (`step_control`). Where a short step finds none, strands snap: they
-    come to rest with the fixtures at its end. Fused points break on the way; the equilibrium before a break is yielded
-    too, at its own parameter.
+    come to rest with the fixtures at its end. Fused points break on the way; the equilibria before and after a break
+    are yielded too, both at its own parameter.
 
     Parameters
     ----------
@@ -268,10 +268,14 @@ def march(
 
     while at < 1.0:
         to = goal = control.goal(at)
-        if work.model.bonds is None:
+        bonds = work.model.bonds
+        broken = None if bonds is None else break_due(search, state, bonds.locate, at)
+        if broken is not None:
+            to, (found, report) = at, broken
+        elif bonds is None:
             found, report = search(state, at, to)
         else:
-            to, found, report = reach(search, state, work.model.bonds.locate, at, to)
+            to, found, report = reach(search, state, bonds.locate, at, to)
         if found is None:
             ahead = None
             if not control.cut():
@@ -279,12 +283,13 @@ def march(
                 place = (float(x), float(y), float(z))
                 raise ConvergenceError(Failure(progress=at, report=report, position=place))
             continue
-        # A step that stopped at a break cannot be gone again.
+        # A step that stopped at a break is not gone again.
         if to == goal and found.bonds.hold is state.bonds.hold and control.rejects(found.slip_change):
             ahead = found.increment
             continue
         at, state, ahead = to, found, None
-        control.accept(at, found.slip_change)
+        if broken is None:
+            control.accept(at, found.slip_change)
         pace.at, pace.step = at, control.step
         yield at, state, report
 

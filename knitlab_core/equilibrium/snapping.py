@@ -86,8 +86,18 @@ def counted(before: State, after: State) -> State:
     The work of fixtures is taken by the trapezium rule, which errs by no more than half the change of their force
     times their way as long as that force goes one way.
     """
-    wrong = 0.5 * abs(inner(after.reaction - before.reaction, after.increment))
-    return _with_loss(before, after) if kept(before) - kept(after) > wrong else after
+    return _with_loss(before, after) if kept(before) - kept(after) > _doubt(before, after) else after
+
+
+def jumps_between(before: State, after: State) -> bool:
+    """Tell whether a fibre or a fused point broke, or strands snapped, between one equilibrium and the next."""
+    broke = before.fracture_work != after.fracture_work or before.bonds.whole.sum() != after.bonds.whole.sum()
+    return broke or after.snap_work - before.snap_work > _doubt(before, after)
+
+
+def _doubt(before: State, after: State) -> float:
+    """Return by how much the trapezium rule of the work of a step can be wrong [E r^3]."""
+    return 0.5 * abs(inner(after.reaction - before.reaction, after.increment))
 
 
 def _with_loss(before: State, after: State) -> State:

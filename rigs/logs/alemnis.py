@@ -14,16 +14,21 @@ corrected is zeroed, and the displacement less the load times the compliance of 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
+from rigs.jumps import joined
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
+from rigs.samples import around, parts_of
+from rigs.signals import stamps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
     from rigs.record import FloatArray
+    from rigs.samples import Table
 
 MACHINE: Final = "nanoindenter"
 PREFIXES: Final = (("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12))
@@ -79,42 +84,54 @@ def clock_text(time: float) -> str:
     return f"{sign}{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}.{rest:03d}"
 
 
-def _stamps(time: FloatArray) -> tuple[list[str], list[bool]]:
+def _stamps(time: FloatArray, before: str) -> tuple[list[str], list[bool]]:
     """Return times as texts, and which of them are not the text before."""
     texts = [clock_text(float(one)) for one in time]
-    return texts, [k == 0 or text != texts[k - 1] for k, text in enumerate(texts)]
+    return texts, [text != last for last, text in pairwise([before, *texts])]
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather what the indenter's columns show, texts and numbers.
 
     Returns
     -------
-    dict of str to sequence, each of length n
+    iterator of dict of str to sequence, each of length n
         Lines on which the time of displacement or of load would be repeated are left out.
     dict
         No facts.
     """
-    samples = test.samples[MACHINE]
-    travel, load = samples.measured["Displacement"], samples.measured["Force"]
-    late = {name: samples.time + samples.delay.get(name, 0.0) for name in ("Displacement", "Force")}
-    # The load at the moment of the displacement: linear between its own readings.
-    carried = np.interp(late["Displacement"], late["Force"], load)
-    values = {
-        "Corrected displacement": travel - test.number("rig.carriage.compliance") * carried,
-        "Corrected load": load,
-        "Raw displacement": travel + samples.offset["Displacement"],
-        "Raw load": load + samples.offset["Force"],
-    }
-    times, fresh = _stamps(late["Displacement"])
-    load_times, load_fresh = _stamps(late["Force"])
-    kept = [k for k, new in enumerate(fresh) if new and load_fresh[k]]
-    channels: dict[str, list[object]] = {
-        "Displacement time": [times[k] for k in kept],
-        "Load time": [load_times[k] for k in kept],
-    }
-    channels |= {name: [prefixed(float(column[k])) for k in kept] for name, column in values.items()}
-    return channels, {}
+    return _lines(test.samples[MACHINE], test.number("rig.carriage.compliance")), {}
+
+
+def _lines(table: Table, compliance: float) -> Iterator[Channels]:
+    """Yield the lines part by part; the compliance of the machine's frame [m/N] is taken off the displacement."""
+    time = load_time = ""
+    for samples in parts_of(table):
+        travel, load = samples.measured["Displacement"], samples.measured["Force"]
+        late, load_late = (samples.time + samples.delay.get(name, 0.0) for name in ("Displacement", "Force"))
+        carried = _load_at(table, late, samples.delay.get("Force", 0.0))
+        values = {
+            "Corrected displacement": travel - compliance * carried,
+            "Corrected load": load,
+            "Raw displacement": travel + samples.offset["Displacement"],
+            "Raw load": load + samples.offset["Force"],
+        }
+        times, fresh = _stamps(late, time)
+        load_times, load_fresh = _stamps(load_late, load_time)
+        time, load_time = times[-1], load_times[-1]
+        kept = [k for k, new in enumerate(fresh) if new and load_fresh[k]]
+        channels: dict[str, list[object]] = {
+            "Displacement time": [times[k] for k in kept],
+            "Load time": [load_times[k] for k in kept],
+        }
+        yield channels | {name: [prefixed(float(column[k])) for k in kept] for name, column in values.items()}
+
+
+def _load_at(table: Table, stamp: FloatArray, delay: float) -> FloatArray:
+    """Return the load [N] at some stamps [s]: between its own readings, which are late by a delay [s], linear."""
+    near = around(table, float(stamp[0]) - delay, float(stamp[-1]) - delay)
+    jumps = stamps(near.jumps, near.clock_offset, near.clock_skew)
+    return joined(stamp, near.time + delay, near.measured["Force"], jumps)
 
 
 LOG: Final = Log(

@@ -16,10 +16,14 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
+from rigs.samples import parts_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
     from rigs.record import Phase
+    from rigs.samples import Samples
 
 DIALECT: Final = Dialect(
     name="biotester",
@@ -49,19 +53,22 @@ def cycle_text(cycle: int, phase: Phase) -> str:
     return f"{max(cycle, 1)}-{'Preload' if phase == 'Zero' else phase}"
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather what the BioTester's columns show: x is the course, y the wale; the sample's name where a step has none.
 
     Returns
     -------
-    dict of str to sequence, each of length n
-        Numbers in SI units (temperature in °C) and texts.
+    iterator of dict of str to sequence, each of length n
+        Numbers in SI units (temperature in °C) and texts, part by part.
     dict
         No facts.
     """
-    samples = test.samples["biaxial-hook"]
+    return (_shown(test, samples) for samples in parts_of(test.samples["biaxial-hook"])), {}
+
+
+def _shown(test: Logged, samples: Samples) -> Channels:
     x, y = samples.measured["XDisplacement"], samples.measured["YDisplacement"]
-    channels = {
+    return {
         "SetName": [tag or test.sample for tag in samples.tag],
         "Cycle": [cycle_text(int(cycle), phase) for cycle, phase in zip(samples.cycle, samples.phase, strict=True)],
         "Time": samples.time.tolist(),
@@ -74,7 +81,6 @@ def gather(test: Logged) -> tuple[Channels, Facts]:
         "XForce": samples.measured["XForce"].tolist(),
         "YForce": samples.measured["YForce"].tolist(),
     }
-    return channels, {}
 
 
 LOG: Final = Log(

@@ -15,11 +15,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.logs.logged import Log
-from rigs.logs.strokes import cycle_counts, segments
+from rigs.logs.strokes import OUTWARD, counts, rises, segments
 from rigs.logs.writer import Column, Dialect, Fact
+from rigs.samples import parts_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.samples import Table
 
 DIALECT: Final = Dialect(
     name="bluehill3",
@@ -38,17 +42,25 @@ DIALECT: Final = Dialect(
 )
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather crosshead, load cell, segments and cycles of the frame, in SI units."""
-    samples = test.samples["uniaxial-frame"]
-    channels = {
-        "Time": samples.time.tolist(),
-        "Extension": samples.measured["Displacement"].tolist(),
-        "Load": samples.measured["Force"].tolist(),
-        "Segment": segments(samples),
-        "Count": cycle_counts(samples, samples.clean["Displacement"]),
-    }
-    return channels, {"label": test.sample, "started": test.start()}
+    return _numbered(test.samples["uniaxial-frame"]), {"label": test.sample, "started": test.start()}
+
+
+def _numbered(table: Table) -> Iterator[Channels]:
+    """Yield the channels part by part, with the numbers of segments and cycles."""
+    found = rises(table, "Displacement")
+    first, segment = 0, OUTWARD
+    for samples in parts_of(table):
+        numbers = segments(samples.phase, segment)
+        yield {
+            "Time": samples.time.tolist(),
+            "Extension": samples.measured["Displacement"].tolist(),
+            "Load": samples.measured["Force"].tolist(),
+            "Segment": numbers,
+            "Count": counts(found, first, first + len(samples)),
+        }
+        first, segment = first + len(samples), numbers[-1]
 
 
 LOG: Final = Log(

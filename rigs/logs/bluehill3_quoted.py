@@ -18,9 +18,13 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.logs.logged import Log, axis_of
 from rigs.logs.writer import Column, Dialect, Fact
+from rigs.samples import parts_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.samples import Samples
 
 COLUMNS: Final = (
     Column(name="Time", channel="Time", below="({unit})", unit="s", form=",.5f", quoted=True),
@@ -37,19 +41,22 @@ DIALECT: Final = Dialect(
 )
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather crosshead and load cell of the frame, and strain and stress of the specimen, in SI units."""
-    samples = test.samples["uniaxial-frame"]
+    return (shown(test, samples) for samples in parts_of(test.samples["uniaxial-frame"])), {"label": test.sample}
+
+
+def shown(test: Logged, samples: Samples) -> dict[str, list[float]]:
+    """Return what the columns show of a part of the samples, in SI units."""
     axis = axis_of(samples)
     travel, load = samples.measured["Displacement"], samples.measured["Force"]
-    channels = {
+    return {
         "Time": samples.time.tolist(),
         "Extension": travel.tolist(),
         "Load": load.tolist(),
         "Strain": (travel / test.size.extents[axis]).tolist(),
         "Stress": (load / test.size.section(axis)).tolist(),
     }
-    return channels, {"label": test.sample}
 
 
 LOG: Final = Log(

@@ -10,6 +10,7 @@ one blank line between table and raw data; the raw block as in ``bluehill3-quote
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,8 +18,11 @@ import numpy as np
 from rigs.logs import bluehill3_quoted
 from rigs.logs.logged import Log
 from rigs.logs.writer import Dialect, Fact
+from rigs.samples import parts_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
 
 DIALECT: Final = Dialect(
@@ -46,11 +50,16 @@ DIALECT: Final = Dialect(
 )
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather the raw data, and the sample of the largest load."""
-    channels, _ = bluehill3_quoted.gather(test)
-    largest = int(np.argmax(test.samples["uniaxial-frame"].measured["Force"]))
-    return channels, {name: values[largest] for name, values in channels.items() if name != "Time"}
+    table = test.samples["uniaxial-frame"]
+    most, largest = -inf, table.part(0, 1)
+    for samples in parts_of(table):
+        at = int(np.argmax(samples.measured["Force"]))
+        if samples.measured["Force"][at] > most:
+            most, largest = float(samples.measured["Force"][at]), samples.part(at, at + 1)
+    values = {name: one for name, (one,) in bluehill3_quoted.shown(test, largest).items() if name != "Time"}
+    return bluehill3_quoted.gather(test)[0], values
 
 
 LOG: Final = Log(

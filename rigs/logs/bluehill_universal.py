@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
+from rigs.samples import parts_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
 
 DIALECT: Final = Dialect(
@@ -27,14 +30,17 @@ DIALECT: Final = Dialect(
 )
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather crosshead and load cell of the frame, in SI units."""
-    samples = test.samples["uniaxial-frame"]
-    return {
-        "Time": samples.time.tolist(),
-        "Displacement": samples.measured["Displacement"].tolist(),
-        "Force": samples.measured["Force"].tolist(),
-    }, {}
+    parts = (
+        {
+            "Time": samples.time.tolist(),
+            "Displacement": samples.measured["Displacement"].tolist(),
+            "Force": samples.measured["Force"].tolist(),
+        }
+        for samples in parts_of(test.samples["uniaxial-frame"])
+    )
+    return parts, {}
 
 
 LOG: Final = Log(

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from rigs.instruments import Samples
     from rigs.logs.writer import Dialect
     from rigs.record import SpecimenSize
+    from rigs.samples import Samples, Table
     from rigs.steps import Axis
 
 Channels: TypeAlias = "Mapping[str, Sequence[object]]"
@@ -38,7 +38,7 @@ class Logged:
 
     sample: str
     size: SpecimenSize
-    samples: Mapping[str, Samples]
+    samples: Mapping[str, Table]
     facts: Mapping[str, object]
 
     def start(self) -> datetime:
@@ -68,7 +68,7 @@ class Log:
     place : str
         Where it stands, for a sample's name.
     gather : callable
-        Gives the channels, in SI units, and the facts that the dialect shows of a test.
+        Gives the channels, in SI units, part by part, and the facts that the dialect shows of a test.
     about : str
         What it is, in a few words.
     kind : {'text', 'sheet'}
@@ -78,7 +78,7 @@ class Log:
     dialect: Dialect
     machines: tuple[str, ...]
     place: str
-    gather: Callable[[Logged], tuple[Channels, Facts]]
+    gather: Callable[[Logged], tuple[Iterable[Channels], Facts]]
     about: str
     kind: Literal["text", "sheet"] = "text"
 

@@ -3,43 +3,59 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from xlsxwriter import Workbook
 
-from rigs.logs.writer import cells
+from knitlab_core.errors import SpecificationError
+from rigs.logs.writer import columns_of, headings
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from datetime import datetime
 
     from rigs.logs.logged import Channels
     from rigs.logs.writer import Dialect
 
+MOST_LINES: Final = 1_048_576
+"""Lines of a sheet."""
 
-def write_sheet(dialect: Dialect, channels: Channels, created: datetime) -> bytes:
+
+def write_sheet(dialect: Dialect, parts: Iterable[Channels], created: datetime) -> bytes:
     """Return a workbook with one sheet: a line of headings, one line a row; texts as texts, numbers as numbers.
 
     Parameters
     ----------
     dialect : Dialect
         Gives the columns.
-    channels : mapping of str to sequence, each of length n
-        Texts, and numbers in the columns' units, by the channel's name.
+    parts : iterable of mapping of str to sequence, each of length n
+        Texts, and numbers in the columns' units, by the channel's name; one part of the log after the other.
     created : datetime
         When the test began, which the file says of itself; the same run gives the same bytes.
+
+    Raises
+    ------
+    SpecificationError
+        If a sheet has not so many lines.
     """
     stream = io.BytesIO()
     book = Workbook(stream, {"in_memory": True})
     book.set_properties({"created": created.replace(tzinfo=None)})
     sheet = book.add_worksheet()
-    headings, *_ = cells(dialect, dict.fromkeys(channels, ()))
-    for column, (_, text) in enumerate(headings):
+    (names,) = headings(dialect)
+    for column, (_, text) in enumerate(names):
         sheet.write_string(0, column, text)
-        shown = channels[dialect.columns[column].channel]
-        for row, value in enumerate(shown, start=1):
-            if isinstance(value, str):
-                sheet.write_string(row, column, value)
-            else:
-                sheet.write_number(row, column, float(str(value)))
+    row = 1
+    for channels in parts:
+        shown = columns_of(dialect, channels)
+        if row + len(shown[0]) > MOST_LINES:
+            raise SpecificationError(f"log.{dialect.name}", "more", f"{MOST_LINES - 1} rows or fewer in a workbook")
+        for column, values in enumerate(shown):
+            for number, value in enumerate(values, start=row):
+                if isinstance(value, str):
+                    sheet.write_string(number, column, value)
+                else:
+                    sheet.write_number(number, column, float(str(value)))
+        row += len(shown[0])
     book.close()
     return stream.getvalue()

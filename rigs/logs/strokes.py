@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from rigs.samples import parts_of
+from rigs.ticks import PART
+
 if TYPE_CHECKING:
-    from rigs.instruments import Samples
-    from rigs.record import FloatArray
+    from collections.abc import Sequence
+
+    from rigs.record import Phase
+    from rigs.samples import Table
 
 OUTWARD: Final = 22476
 RETURN: Final = 22412
@@ -16,38 +22,73 @@ COUNTED_AFTER: Final = 0.01
 """Share of a stroke after a turnaround at which the cycle is counted."""
 
 
-def segments(samples: Samples) -> list[int]:
-    """Return the segment identity of every sample: outward, return, or, at rest, that of the stroke before."""
-    found, current = [], OUTWARD
-    for phase in samples.phase:
+def segments(phases: Sequence[Phase], before: int = OUTWARD) -> list[int]:
+    """Return the segment identity of samples: outward, return, or, at rest, that of the stroke before."""
+    found, current = [], before
+    for phase in phases:
         current = {"Stretch": OUTWARD, "Recover": RETURN}.get(phase, current)
         found.append(current)
     return found
 
 
-def cycle_counts(samples: Samples, travel: FloatArray) -> list[int]:
-    """Return the total cycle count of every sample.
+@dataclass(slots=True, kw_only=True)
+class _Outward:
+    """Hold an outward stroke that follows a return: its samples, where it set out [m], and the cycles since."""
 
-    It starts at 0 and rises when an outward stroke that follows a return has made 1 % of its way.
+    first: int
+    low: float
+    cycles: int
+
+
+def rises(table: Table, channel: str) -> list[tuple[int, int]]:
+    """Return the samples from which on the total cycle count is higher, and by how much.
+
+    It starts at 0 and rises when an outward stroke that follows a return has made 1 % of its way: by one, and by the
+    cycles between that were not logged.
 
     Parameters
     ----------
-    samples : Samples
+    table : Table
         What the machine logged.
-    travel : FloatArray, shape (n,)
-        Its displacement without noise [m].
+    channel : str
+        Its displacement, of which that without noise counts [m].
     """
-    counts = np.zeros(len(samples.time), dtype=np.int64)
-    returned = False
-    going = [phase == "Stretch" for phase in samples.phase]
-    for k, phase in enumerate(samples.phase):
-        if phase == "Recover":
-            returned = True
-        elif going[k] and not going[k - 1] and returned:
-            returned = False
-            end = next((i for i in range(k, len(going)) if not going[i]), len(going)) - 1
-            # It turned between two samples, or at the lower of them.
-            way = travel[k : end + 1] - travel[k - 1 : k + 1].min()
-            first = k + int(np.argmax(way >= COUNTED_AFTER * way[-1]))
-            counts[first:] += 1
-    return [int(count) for count in counts]
+    found: list[tuple[int, int]] = []
+    under_way: _Outward | None = None
+    returned, was, at, cycle, number = False, False, 0.0, 0, 0
+    for part in parts_of(table):
+        travel = part.clean[channel]
+        for k, phase in enumerate(part.phase):
+            goes, before, at = phase == "Stretch", at, float(travel[k])
+            if phase == "Recover":
+                returned, cycle = True, int(part.cycle[k])
+            elif goes and not was and returned:
+                returned = False
+                # It turned between two samples, or at the lower of them.
+                cycles = max(1, int(part.cycle[k]) - cycle)
+                under_way = _Outward(first=number, low=min(before, at), cycles=cycles)
+            if under_way is not None and not goes:
+                found.append((_counted(table, channel, under_way, number, before), under_way.cycles))
+                under_way = None
+            was, number = goes, number + 1
+    if under_way is not None:
+        found.append((_counted(table, channel, under_way, number, at), under_way.cycles))
+    return found
+
+
+def _counted(table: Table, channel: str, stroke: _Outward, end: int, at: float) -> int:
+    """Return the first sample of an outward stroke, before `end`, at which its cycle is counted; it ends at [m]."""
+    for first in range(stroke.first, end, PART):
+        way = table.part(first, min(first + PART, end)).clean[channel] - stroke.low
+        reached = np.flatnonzero(way >= COUNTED_AFTER * (at - stroke.low))
+        if reached.size:
+            return first + int(reached[0])
+    return stroke.first
+
+
+def counts(found: Sequence[tuple[int, int]], first: int, last: int) -> list[int]:
+    """Return the total cycle count of the samples from the first on and before the last, given where it `rises`."""
+    total = np.zeros(last - first, dtype=np.int64)
+    for at, by in found:
+        total[max(at - first, 0) :] += by
+    return [int(count) for count in total]

@@ -1,9 +1,9 @@
 """Describe the merged log of the triaxial rig: stage and frame in one table, on the frame's clock.
 
 It is knitlab's own, no instrument writes it. Every sample of the frame is a line. The stage's samples are put on the
-frame's clock by the offset and skew of its own that the record holds, and joined by straight lines; before its first
-and after its last sample it stands still. Columns bear the instrument's name; ``biaxial-hook.Time`` is what the
-stage's own clock shows, so that its own file can be found again.
+frame's clock by the offset and skew of its own that the record holds, and joined by straight lines, forces not across a
+jump of the specimen; before its first and after its last sample it stands still. Columns bear the instrument's name;
+``biaxial-hook.Time`` is what the stage's own clock shows, so that its own file can be found again.
 """
 
 from __future__ import annotations
@@ -12,11 +12,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from rigs.jumps import joined
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
+from rigs.samples import around, parts_of
+from rigs.signals import stamps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.samples import Samples, Table
 
 FRAME: Final = "uniaxial-frame"
 STAGE: Final = "biaxial-hook"
@@ -41,14 +47,25 @@ DIALECT: Final = Dialect(
 )
 
 
-def gather(test: Logged) -> tuple[Channels, Facts]:
+def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather the frame's samples, and the stage's at the same moments, in SI units."""
     frame, stage = test.samples[FRAME], test.samples[STAGE]
-    at, own = frame.true_time, stage.true_time
-    channels = {"Time": frame.time.tolist(), f"{STAGE}.Time": np.interp(at, own, stage.time).tolist()}
+    return (_beside(samples, stage) for samples in parts_of(frame)), {}
+
+
+def _beside(frame: Samples, stage: Table) -> Channels:
+    """Return some of the frame's samples, and the stage's at the same moments."""
+    at = frame.true_time
+    clock = stage.part(0, 1)
+    first, last = stamps(at[[0, -1]], clock.clock_offset, clock.clock_skew).tolist()
+    near = around(stage, first, last)
+    own = near.true_time
+    channels = {"Time": frame.time.tolist(), f"{STAGE}.Time": np.interp(at, own, near.time).tolist()}
     channels |= {f"{FRAME}.{name}": values.tolist() for name, values in frame.measured.items()}
-    channels |= {f"{STAGE}.{name}": np.interp(at, own, values).tolist() for name, values in stage.measured.items()}
-    return channels, {}
+    for name, values in near.measured.items():
+        jumps = near.jumps if near.reads.get(name, "").startswith("force") else near.jumps[:0]
+        channels[f"{STAGE}.{name}"] = joined(at, own, values, jumps).tolist()
+    return channels
 
 
 LOG: Final = Log(

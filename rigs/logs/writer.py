@@ -1,6 +1,6 @@
 """Write a table in a dialect: the description says how, the values say what.
 
-The one writer of every log that is text. `cells` gives the lines before they are joined, for sheets.
+The one writer of every log that is text. `headings` and `columns_of` give its parts, for sheets.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ from rigs.logs.locales import EN, Locale
 from rigs.logs.units import factor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from rigs.logs.logged import Channels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +98,7 @@ class Dialect:
 
 
 def write_log(
-    dialect: Dialect, channels: Mapping[str, Sequence[object]], facts: Mapping[str, object] | None = None
+    dialect: Dialect, parts: Iterable[Channels], facts: Mapping[str, object] | None = None
 ) -> Iterator[bytes]:
     r"""Yield the file line by line: preamble, headings, units where the dialect has them, one line a row.
 
@@ -104,8 +106,8 @@ def write_log(
     ----------
     dialect : Dialect
         The description.
-    channels : mapping of str to sequence, each of length n
-        Numbers in SI units, or texts, by the channel's name.
+    parts : iterable of mapping of str to sequence, each of length n
+        Numbers in SI units, or texts, by the channel's name; one part of the log after the other.
     facts : mapping of str to object
         Numbers in SI units, texts and dates that the preamble shows.
 
@@ -122,31 +124,52 @@ def write_log(
     Examples
     --------
     >>> dialect = Dialect(name="d", columns=(Column(name="F_{unit}", channel="F", unit="mN", form=".1f"),))
-    >>> list(write_log(dialect, {"F": [0.0021]}))
+    >>> list(write_log(dialect, [{"F": [0.0021]}]))
     [b'F_mN\r\n', b'2.1\r\n']
     """
-    for line in cells(dialect, channels, facts):
-        joined = dialect.delimiter.join(_quoted(dialect, form, text) for form, text in line)
-        yield (joined + dialect.line_end).encode(dialect.encoding)
+    for line in headings(dialect, facts):
+        yield _line(dialect, [_quoted(dialect, form, text) for form, text in line])
+    for channels in parts:
+        shown = [
+            [_quoted(dialect, column, text) for text in texts(column, values, dialect.locale)]
+            for column, values in zip(dialect.columns, columns_of(dialect, channels), strict=True)
+        ]
+        for row in zip(*shown, strict=True):
+            yield _line(dialect, row)
 
 
-def cells(
-    dialect: Dialect, channels: Mapping[str, Sequence[object]], facts: Mapping[str, object] | None = None
-) -> Iterator[list[tuple[Form, str]]]:
-    """Yield the lines of a log field by field: how each is printed, and its text; as `write_log` does."""
+def _line(dialect: Dialect, fields: Iterable[str]) -> bytes:
+    return (dialect.delimiter.join(fields) + dialect.line_end).encode(dialect.encoding)
+
+
+def headings(dialect: Dialect, facts: Mapping[str, object] | None = None) -> Iterator[list[tuple[Form, str]]]:
+    """Yield the lines above the numbers field by field: how each is printed, and its text; as `write_log` does."""
     plain, known = Form(), {} if facts is None else facts
     for line in dialect.preamble:
         yield [(plain, part) if isinstance(part, str) else (part, _fact(dialect, part, known)) for part in line]
-    shown = [_channel(dialect, column, channels) for column in dialect.columns]
-    if len({len(values) for values in shown}) != 1:
-        raise SpecificationError(f"log.{dialect.name}", [len(values) for values in shown], "channels of one length")
     yield [(plain, column.name.format(unit=column.unit)) for column in dialect.columns]
     if any(column.below is not None for column in dialect.columns):
         yield [(plain, (column.below or "").format(unit=column.unit)) for column in dialect.columns]
-    for row in zip(*shown, strict=True):
-        yield [
-            (column, _text(column, value, dialect.locale)) for column, value in zip(dialect.columns, row, strict=True)
-        ]
+
+
+def columns_of(dialect: Dialect, channels: Channels) -> list[Sequence[object]]:
+    """Return what the columns of a dialect show of a part of a log, each of one length."""
+    shown = [_channel(dialect, column, channels) for column in dialect.columns]
+    if len({len(values) for values in shown}) != 1:
+        raise SpecificationError(f"log.{dialect.name}", [len(values) for values in shown], "channels of one length")
+    return shown
+
+
+def texts(form: Form, values: Sequence[object], locale: Locale) -> list[str]:
+    """Return values as they are printed; what is the same again is printed once."""
+    known: dict[object, str] = {}
+    found = []
+    for value in values:
+        text = known.get(value)
+        if text is None:
+            text = known[value] = _text(form, value, locale)
+        found.append(text)
+    return found
 
 
 def _channel(dialect: Dialect, column: Column, channels: Mapping[str, Sequence[object]]) -> Sequence[object]:
@@ -167,11 +190,11 @@ def _text(form: Form, value: object, locale: Locale) -> str:
         return locale.date(value)
     if form.form is None:
         return str(value)
-    text = format(float(str(value)) * factor(form.unit), form.form)
+    text = format((value if isinstance(value, float) else float(str(value))) * factor(form.unit), form.form)
     if form.trimmed and "." in text:
         text = text.rstrip("0").rstrip(".")
     # Instruments do not print a negative zero.
-    text = text.lstrip("-") if not any(digit in text for digit in "123456789") else text
+    text = text.lstrip("-") if text.startswith("-") and not any(digit in text for digit in "123456789") else text
     return text.translate({ord("."): locale.decimal, ord(","): locale.thousands})
 
 

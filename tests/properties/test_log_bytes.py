@@ -37,7 +37,7 @@ def test_a_number_comes_back_within_the_printed_digits(
     form = f"{',' if comma else ''}.{digits}f"
     column = Column(name="a", channel="a", unit=unit, form=form, trimmed=trimmed)
     dialect = localised(Dialect(name="d", columns=(column, Column(name="b", channel="b"))), locale)
-    rows = read(b"".join(write_log(dialect, {"a": [value], "b": ["x"]})), dialect.delimiter)
+    rows = read(b"".join(write_log(dialect, [{"a": [value], "b": ["x"]}])), dialect.delimiter)
     assert [len(row) for row in rows] == [2, 2]
     marks = LOCALES[locale]
     shown = rows[1][0].replace(marks.thousands or "\0", "").replace(marks.decimal, ".")
@@ -54,7 +54,7 @@ def test_a_number_comes_back_within_the_printed_digits(
 def test_any_text_comes_back(*, texts: list[str], delimiter: str, quoted: bool) -> None:
     columns = (Column(name="a", channel="a", quoted=quoted), Column(name="b", channel="a"))
     dialect = Dialect(name="d", columns=columns, delimiter=delimiter)
-    rows = read(b"".join(write_log(dialect, {"a": texts})), delimiter)
+    rows = read(b"".join(write_log(dialect, [{"a": texts}])), delimiter)
     assert rows == [["a", "b"], *([text, text] for text in texts)]
 
 

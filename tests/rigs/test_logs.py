@@ -121,7 +121,7 @@ def test_biotester_opens_in_a_plain_csv_reader() -> None:
 def test_zeroing_the_display_does_not_move_the_hooks() -> None:
     zeroed = stage()
     zeroed.offset["XDisplacement"][:] = 5e-3
-    channels, _ = LOGS["biotester"].gather(logged(biaxial_hook=zeroed))
+    ((channels,), _) = LOGS["biotester"].gather(logged(biaxial_hook=zeroed))
     assert channels["XSize"][0] == pytest.approx(50e-3)
     assert channels["XDisplacement"][0] == 0.0
 
@@ -138,7 +138,7 @@ def test_the_merged_table_is_on_the_frames_clock() -> None:
     own = replace(own, measured=dict.fromkeys(own.measured, 0.002 * true))
     short = replace(frame(), time=np.array([0.0, 0.55, 1.21, 3.9]))
     short = replace(short, measured={name: values[:4] for name, values in short.measured.items()})
-    channels, _ = LOGS["triaxial"].gather(logged(biaxial_hook=own, uniaxial_frame=short))
+    ((channels,), _) = LOGS["triaxial"].gather(logged(biaxial_hook=own, uniaxial_frame=short))
     assert channels["Time"] == [0.0, 0.55, 1.21, 3.9]
     assert channels["biaxial-hook.XDisplacement"] == pytest.approx([0.0, 1.1e-3, 2.42e-3, 7.8e-3])
     assert channels["biaxial-hook.Time"] == pytest.approx([0.3, 0.8555, 1.5221, 4.239])
@@ -146,7 +146,7 @@ def test_the_merged_table_is_on_the_frames_clock() -> None:
 
 def test_displacement_is_corrected_for_the_frame_and_load_for_zero() -> None:
     test = logged()
-    channels, _ = LOGS["alemnis"].gather(test)
+    ((channels,), _) = LOGS["alemnis"].gather(test)
     assert [len(column) for column in channels.values()] == [3] * 6
     # 1.2345678 um less 1 um/N x 2.5 N, and the load's zero, 1 mN.
     assert (channels["Corrected displacement"][2], channels["Raw displacement"][2]) == ("-1.26543u", "1.23457u")
@@ -155,7 +155,7 @@ def test_displacement_is_corrected_for_the_frame_and_load_for_zero() -> None:
 
 def test_no_time_stamp_is_repeated() -> None:
     fast = replace(indenter(), time=4e-4 * np.arange(4.0))
-    channels, _ = LOGS["alemnis"].gather(logged(nanoindenter=fast))
+    ((channels,), _) = LOGS["alemnis"].gather(logged(nanoindenter=fast))
     for name in ("Displacement time", "Load time"):
         assert len(set(channels[name])) == len(channels[name]) == 2
 
@@ -190,9 +190,9 @@ def test_times_are_texts(time: float, shown: str) -> None:
 
 def test_the_workbook_has_one_sheet_with_the_columns_of_the_text() -> None:
     log, test = LOGS["alemnis"], logged()
-    channels, _ = log.gather(test)
-    made = write_sheet(log.dialect, channels, test.start())
-    assert made == write_sheet(log.dialect, channels, test.start())
+    ((channels,), _) = log.gather(test)
+    made = write_sheet(log.dialect, [channels], test.start())
+    assert made == write_sheet(log.dialect, [channels], test.start())
     book = load_workbook(io.BytesIO(made))
     assert len(book.worksheets) == 1
     rows = [["" if cell is None else str(cell) for cell in row] for row in book.active.iter_rows(values_only=True)]
@@ -212,7 +212,7 @@ def test_the_description_decides_the_bytes() -> None:
         quote="'",
         encoding="cp1252",
     )
-    lines = b"".join(write_log(dialect, {"a": [1e-6, -1e-9], "b": ["x", "it's"]}, {"name": "é"}))
+    lines = b"".join(write_log(dialect, [{"a": [1e-6, -1e-9], "b": ["x", "it's"]}], {"name": "é"}))
     assert lines == b"who\t'\xe9'\n\n\xb5\tt\n1\tx\n0\t'it''s'\n"
 
 
@@ -257,9 +257,9 @@ def test_every_machine_has_a_default() -> None:
 
 def test_a_missing_channel_fact_or_date_is_named() -> None:
     with pytest.raises(SpecificationError, match="'Cycle'"):
-        list(write_log(LOGS["biotester"].dialect, {"SetName": []}))
+        list(write_log(LOGS["biotester"].dialect, [{"SetName": []}]))
     with pytest.raises(SpecificationError, match="a fact 'label'"):
-        list(write_log(LOGS["bluehill3"].dialect, {}))
+        list(write_log(LOGS["bluehill3"].dialect, []))
     with pytest.raises(SpecificationError, match=r"run\.started: found 'nothing'"):
         LOGS["bluehill3"].gather(replace(logged(), facts={}))
 
@@ -267,4 +267,4 @@ def test_a_missing_channel_fact_or_date_is_named() -> None:
 def test_channels_must_be_of_one_length() -> None:
     dialect = Dialect(name="d", columns=(Column(name="a", channel="a"), Column(name="b", channel="b")))
     with pytest.raises(SpecificationError, match="one length"):
-        list(write_log(dialect, {"a": [1], "b": [1, 2]}))
+        list(write_log(dialect, [{"a": [1], "b": [1, 2]}]))

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from rigs.logs.strokes import cycle_counts, segments
+from rigs.logs.strokes import counts, rises, segments
 from tests.rigs.hand_made import frame
 
 if TYPE_CHECKING:
     from rigs.record import FloatArray, Phase
+    from rigs.samples import Samples
 
 # Phase and samples of it, none for a whole stroke.
 STROKE: tuple[tuple[Phase, int], ...] = (("Stretch", 0), ("Hold", 5), ("Recover", 0))
@@ -27,16 +28,32 @@ def cyclic(per_stroke: int = 400) -> tuple[list[Phase], FloatArray]:
     return phases, 9e-3 * np.array(way)
 
 
+def logged(phases: list[Phase], travel: FloatArray) -> Samples:
+    count, made = len(phases), frame()
+    nought = np.zeros(count)
+    return replace(
+        made,
+        time=0.1 * np.arange(float(count)),
+        phase=tuple(phases),
+        tag=(None,) * count,
+        cycle=np.ones(count, dtype=np.int64),
+        clean={"Displacement": travel, "Force": nought},
+        measured={"Displacement": travel, "Force": nought},
+        offset={"Displacement": nought, "Force": nought},
+    )
+
+
 def test_the_cycle_count_rises_one_per_cent_of_a_stroke_after_the_turnaround() -> None:
     phases, travel = cyclic()
-    log = replace(frame(), time=0.1 * np.arange(float(len(phases))), phase=tuple(phases))
-    counts = np.array(cycle_counts(log, travel))
-    assert counts[0] == 0
-    assert counts[-1] == 2
-    rises = np.flatnonzero(np.diff(counts)) + 1
-    assert travel[rises] == pytest.approx([0.01 * 9e-3] * 2)
-    assert all(phases[k] == "Stretch" for k in rises)
-    found = np.array(segments(log))
+    log = logged(phases, travel)
+    at = [first for first, _ in rises(log, "Displacement")]
+    total = counts(rises(log, "Displacement"), 0, len(log))
+    assert total[0] == 0
+    assert total[-1] == 2
+    assert (np.flatnonzero(np.diff(total)) + 1).tolist() == at
+    assert travel[at] == pytest.approx([0.01 * 9e-3] * 2)
+    assert all(phases[k] == "Stretch" for k in at)
+    found = np.array(segments(phases))
     assert set(found[np.array(phases) == "Recover"]) == {22412}
     assert set(found[np.array(phases) != "Recover"]) == {22476}
     assert np.flatnonzero(np.diff(found)).tolist() == [405, 805, 1210, 1610, 2015]
@@ -44,5 +61,5 @@ def test_the_cycle_count_rises_one_per_cent_of_a_stroke_after_the_turnaround() -
 
 def test_a_test_without_a_return_is_one_cycle() -> None:
     log = replace(frame(), phase=("Zero",) + ("Stretch",) * 7)
-    assert set(cycle_counts(log, log.clean["Displacement"])) == {0}
-    assert set(segments(log)) == {22476}
+    assert rises(log, "Displacement") == []
+    assert set(segments(log.phase)) == {22476}

@@ -20,7 +20,7 @@ from rigs.instruments import measure
 from rigs.protocol import Protocol, Ramp, SpecimenSpec, Target
 from rigs.record import Equilibrium, Outcome, trace_of
 from rigs.rig import mount, pose, read
-from rigs.signals import interpolate
+from rigs.signals import Curve
 from rigs.specimen import make_specimen
 from rigs.way import Way, follow
 
@@ -131,7 +131,7 @@ def test_stage_and_crosshead_pull_together(pulled: tuple[Rig, list[Equilibrium],
     assert merged["uniaxial-frame.Force"] == tuple(line[2] for line in tables[1][2:])
     # However late the stage's clock, what is merged is what its encoder felt when the frame was read.
     columns = run.trace.columns
-    felt = interpolate(columns["time"], columns["displacement_C"], run.trace.strokes(), frame.time)
+    felt = Curve.through(columns["time"], columns["displacement_C"], run.trace.strokes())(frame.time)
     travel = [1e-3 * float(text) for text in merged["biaxial-hook.XDisplacement"]]
     assert travel == pytest.approx(felt, abs=5e-6)
 

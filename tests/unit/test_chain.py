@@ -15,7 +15,7 @@ from rigs.instruments import Channel, Instrument, Zeroing, measure
 from rigs.machine import instrument_of, instruments_of
 from rigs.protocol import LogSpec
 from rigs.record import FloatArray, Trace
-from rigs.signals import drift, lag, stamps, true_times
+from rigs.signals import Lag, drift, stamps, true_times
 
 if TYPE_CHECKING:
     from rigs.catalogue import MachineName
@@ -43,30 +43,30 @@ T = 0.37
     ids=["rest", "ramp", "corner"],
 )
 def test_lag_is_exact_for_straight_pieces(signal: FloatArray, filtered: FloatArray) -> None:
-    assert lag(signal, STEP, T) == pytest.approx(filtered, abs=1e-12)
+    assert Lag(time_constant=T)(signal, STEP, STEP) == pytest.approx(filtered, abs=1e-12)
 
 
 def test_lag_of_a_sine_is_damped_and_late() -> None:
     time = 1e-3 * np.arange(40_000)
     omega = 2.0
-    late = lag(np.sin(omega * time), 1e-3, T)[20_000:]
+    late = Lag(time_constant=T)(np.sin(omega * time), 1e-3, 1e-3)[20_000:]
     gain, phase = 1 / np.hypot(1, omega * T), np.arctan(omega * T)
     assert late == pytest.approx(gain * np.sin(omega * time[20_000:] - phase), abs=1e-6)
 
 
 @given(st.floats(1e-6, 1e6), st.lists(st.floats(-1, 1), min_size=1, max_size=30))
 def test_lag_stays_within_the_signal(time_constant: float, values: list[float]) -> None:
-    late = lag(np.array(values), STEP, time_constant)
+    late = Lag(time_constant=time_constant)(np.array(values), STEP, STEP)
     assert np.all(late <= max(values) + 1e-9)
     assert np.all(late >= min(values) - 1e-9)
 
 
 def test_no_time_constant_changes_nothing() -> None:
-    assert lag(TIME, STEP, 0.0) is TIME
+    assert Lag(time_constant=0.0)(TIME, STEP, STEP) is TIME
 
 
 def test_drift_is_a_ramp_from_the_first_sample() -> None:
-    assert drift(np.ones(3), np.array([5.0, 6.0, 8.0]), 0.25).tolist() == [1.0, 1.25, 1.75]
+    assert drift(np.ones(3), np.array([5.0, 6.0, 8.0]), 0.25, 5.0).tolist() == [1.0, 1.25, 1.75]
 
 
 @given(st.floats(-3600, 3600), st.floats(-0.01, 0.01), st.floats(0, 1e5))

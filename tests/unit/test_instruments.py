@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
 from rigs.instruments import Channel, Instrument, Zeroing, measure, overloaded
-from rigs.record import Trace, trace_of
-from rigs.signals import add_noise, interpolate, quantise, sample_times, saturate, zero_offset
+from rigs.record import FloatArray, Trace, trace_of
+from rigs.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
+from rigs.ticks import Stretch, ticks
 from tests.synthetic_run import row, rows, stage_instrument
 
 STAGE = stage_instrument()
@@ -20,17 +21,19 @@ def cell(name: str = "XForce", **changes: float) -> Channel:
     return replace(channel, **changes)  # type: ignore[arg-type]
 
 
+def clock(end: float, rate: float = 10.0) -> FloatArray:
+    return np.concatenate([some.time for some in ticks(0.0, [Stretch(end=end, rate=rate)])])
+
+
 def test_clock_counts_both_ends_when_they_are_ticks() -> None:
-    assert sample_times(0.0, 1.0, 10.0).tolist() == pytest.approx(np.arange(11) / 10)
-    assert len(sample_times(0.0, 0.99, 10.0)) == 10
-    with pytest.raises(SpecificationError, match=r"log\.rate"):
-        sample_times(0.0, 1.0, 0.0)
+    assert clock(1.0).tolist() == pytest.approx(np.arange(11) / 10)
+    assert len(clock(0.99)) == 10
 
 
 def test_interpolation_passes_through_the_rows() -> None:
     times = TRACE.columns["time"]
     for name in ("force_C", "displacement_W"):
-        read = interpolate(times, TRACE.columns[name], TRACE.strokes(), times)
+        read = Curve.through(times, TRACE.columns[name], TRACE.strokes())(times)
         assert read == pytest.approx(TRACE.columns[name])
 
 
@@ -45,7 +48,7 @@ def test_interpolation_never_overshoots_at_a_turning_point(rises: list[float], p
         level = target
     time = np.arange(len(values), dtype=float)
     at = np.linspace(0, time[-1], 500)
-    read = interpolate(time, np.array(values), np.array(strokes), at)
+    read = Curve.through(time, np.array(values), np.array(strokes))(at)
     below, above = np.floor(at).astype(int), np.ceil(at).astype(int)
     ends = np.sort(np.stack([np.array(values)[below], np.array(values)[above]]), axis=0)
     assert np.all(read >= ends[0] - 1e-12)
@@ -55,13 +58,13 @@ def test_interpolation_never_overshoots_at_a_turning_point(rises: list[float], p
 def test_a_straight_stroke_stays_straight_up_to_its_peak() -> None:
     time, values = np.array([0.0, 1, 2, 3, 4]), np.array([0.0, 1, 2, 1, 0])
     at = np.linspace(0, 4, 81)
-    read = interpolate(time, values, np.array([0, 0, 0, 1, 1]), at)
+    read = Curve.through(time, values, np.array([0, 0, 0, 1, 1]))(at)
     assert read == pytest.approx(2 - np.abs(at - 2))
 
 
 def test_a_step_of_no_duration_is_a_jump() -> None:
     time, values = np.array([0.0, 1, 1, 2]), np.array([0.0, 1, 5, 6])
-    read = interpolate(time, values, np.array([0, 0, 1, 2]), np.array([0.5, 1.5]))
+    read = Curve.through(time, values, np.array([0, 0, 1, 2]))(np.array([0.5, 1.5]))
     assert read == pytest.approx([0.5, 5.5])
 
 
@@ -75,11 +78,11 @@ def test_another_channel_changes_no_other_stream() -> None:
 
 def test_noise_has_its_deviation_and_its_seed() -> None:
     quiet = np.zeros(20_000)
-    noisy = add_noise(quiet, 0.02, seed=1, name="XForce")
+    noisy = add_noise(quiet, 0.02, noise_stream(seed=1, name="XForce"))
     assert noisy.std() == pytest.approx(0.02, rel=0.03)
     assert abs(noisy.mean()) < 4 * 0.02 / np.sqrt(20_000)
-    assert noisy.tolist() == add_noise(quiet, 0.02, seed=1, name="XForce").tolist()
-    assert noisy.tolist() != add_noise(quiet, 0.02, seed=2, name="XForce").tolist()
+    assert noisy.tolist() == add_noise(quiet, 0.02, noise_stream(seed=1, name="XForce")).tolist()
+    assert noisy.tolist() != add_noise(quiet, 0.02, noise_stream(seed=2, name="XForce")).tolist()
 
 
 @given(st.lists(st.floats(-50, 50), min_size=1), st.sampled_from([0.0, 0.001, 0.25]))

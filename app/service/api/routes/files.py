@@ -151,7 +151,7 @@ def _exported(run: RunReader, folder: Path, dialect: str | None, locale: str) ->
     ProblemError
         If it was not sampled yet.
     """
-    name = dialect or next(iter([*defaults(run.samples), *LOGS]))
+    name = dialect or next(iter([*defaults(run.logs), *LOGS]))
     try:
         return export_log(run, folder, name, locale=locale)
     except SpecificationError as error:
