@@ -10,6 +10,7 @@ import numpy as np
 from app.schemas import loads
 from rigs.analysis import cycle_figures, stress_strain
 from rigs.instruments import Zeroing
+from rigs.jumps import parted
 from rigs.leaves import leaves
 from rigs.signals import zero_offset
 from rigs.steps import Cycle, Zero
@@ -62,7 +63,7 @@ def run_figures(
     """
     if len(trace) < 2:
         return ()
-    found = [*_mechanics(trace, size, zeroings, protocol), *_effort(trace, wall_seconds), *_soundness(trace)]
+    found = [*_mechanics(parted(trace), size, zeroings, protocol), *_effort(trace, wall_seconds), *_soundness(trace)]
     return tuple(figure for figure in found if isfinite(figure[1]))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from app.run_folder import whole_file
 from knitlab_core.errors import SpecificationError
 from rigs.analysis import branch, stress_strain
+from rigs.jumps import parted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -76,7 +77,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
     SpecificationError
         If the run has no row.
     """
-    trace, size = run.trace, run.size
+    trace, size = parted(run.trace), run.size
     if not len(trace):
         raise SpecificationError("run.equilibria", 0, "at least one row to plot")
     curves = []

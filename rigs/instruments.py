@@ -9,13 +9,13 @@ It is sampled at the ticks of its instrument's own clock, which may be set late 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
-from rigs.jumps import jump_times, parted
+from rigs.jumps import jump_times, jumped, parted
 from rigs.samples import Samples, merged
 from rigs.signals import Curve, Lag, Offset, add_noise, drift, noise_stream, quantise, saturate, stamps
 from rigs.ticks import PART, Stretch, ticks
@@ -131,8 +131,6 @@ class _Chain:
         The channel.
     curve : Curve
         What its sensor feels.
-    rest : float
-        Time from which on the knit rests [s].
     since : float
         The first tick, from which on its zero creeps [s].
     stream : Generator or None
@@ -143,7 +141,6 @@ class _Chain:
 
     channel: Channel
     curve: Curve
-    rest: float
     since: float
     stream: np.random.Generator | None
     zeroed: tuple[float, ...]
@@ -157,8 +154,7 @@ class _Chain:
     def part(self, now: Ticks, gap: float) -> _Part:
         """Return what the channel shows at some ticks, so long after the last one [s]."""
         channel = self.channel
-        # Beyond the last row the knit rests as it was left there.
-        felt = read = self.curve(np.minimum(now.time + channel.delay, self.rest))
+        felt = read = self.curve(now.time + channel.delay)
         if self.stream is not None:
             late = self._lag(felt, now.step or gap, gap)
             noisy = add_noise(drift(late, now.time, channel.drift, self.since), channel.noise, self.stream)
@@ -232,7 +228,8 @@ def measured_parts(
     Yields
     ------
     Samples
-        One sample per tick of the instrument's clock from the first row, or its lead before it, to the last.
+        One sample per tick of the instrument's clock from the first row, or its lead before it, to the last; one more
+        where the test ends with a jump.
 
     Raises
     ------
@@ -248,7 +245,6 @@ def measured_parts(
         channel.name: _Chain(
             channel=channel,
             curve=Curve.through(times, whole.columns[channel.reads], strokes),
-            rest=float(times[-1]),
             since=start,
             stream=noise_stream(seed=seed, name=channel.name) if noise else None,
             zeroed=tuple(zeroing.time for zeroing in zeroings if channel.kind in zeroing.kinds),
@@ -256,7 +252,10 @@ def measured_parts(
         for channel in instrument.channels
     }
     before = start
-    wanted = [Stretch(end=float(times[-1]), rate=instrument.rate)] if stretches is None else stretches
+    wanted = [Stretch(end=float(times[-1]), rate=instrument.rate)] if stretches is None else list(stretches)
+    if wanted[-1].rate > 0.0 and jumped(trace)[-1]:
+        # An instrument whose test ends with a jump still sees it.
+        wanted[-1] = replace(wanted[-1], end=wanted[-1].end + 1.0 / (wanted[-1].rate * (1.0 + instrument.skew)))
     for now in ticks(start, wanted, skew=instrument.skew, most=most):
         parts = {name: chain.part(now, float(now.time[0]) - before) for name, chain in chains.items()}
         before = float(now.time[-1])

@@ -25,12 +25,17 @@ class Curve:
     """Shape-preserving cubics through rows, one for each stroke and from jump to jump.
 
     The pieces meet at the turning points with a slope of their own on either side, so a peak is neither rounded nor
-    overshot. Rows at one time are a jump: the curve goes up to the first of them and on from the last.
+    overshot. Rows at one time are a jump: the curve goes up to the first of them and on from the last. Beyond the last
+    row all stays as it was left.
 
     Attributes
     ----------
-    first : float
-        Value where there is no piece [unit of the rows].
+    first, last : float
+        Values of the first and the last row [unit of the rows].
+    end : float
+        Time of the last row [s].
+    torn : bool
+        Whether the last row comes right after a jump.
     ends : FloatArray, shape (k,)
         Times at which the pieces end [s]; a piece has its end, not its beginning.
     begins : FloatArray, shape (k,)
@@ -40,6 +45,9 @@ class Curve:
     """
 
     first: float
+    last: float
+    end: float
+    torn: bool
     begins: FloatArray
     ends: FloatArray
     cubics: tuple[Callable[[FloatArray], FloatArray], ...]
@@ -60,6 +68,9 @@ class Curve:
         rows = pieces(time, stroke)
         return cls(
             first=float(values[0]),
+            last=float(values[-1]),
+            end=float(time[-1]),
+            torn=len(time) > 1 and bool(time[-1] <= time[-2]),
             begins=np.array([time[begin] for begin, _ in rows], dtype=np.float64),
             ends=np.array([time[end] for _, end in rows], dtype=np.float64),
             cubics=tuple(PchipInterpolator(time[b : e + 1], values[b : e + 1]) for b, e in rows),
@@ -71,10 +82,13 @@ class Curve:
         if not self.cubics:
             return result
         piece = np.minimum(np.searchsorted(self.ends, at, side="left"), len(self.cubics) - 1)
+        within = np.minimum(at, self.end)
         for number in np.unique(piece):
-            inside = (piece == number) & (at > self.begins[number]) & (at <= self.ends[number])
+            inside = (piece == number) & (within > self.begins[number])
             if inside.any():
-                result[inside] = self.cubics[number](at[inside])
+                result[inside] = self.cubics[number](within[inside])
+        if self.torn:
+            result[at > self.end] = self.last
         return result
 
 

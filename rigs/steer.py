@@ -100,13 +100,15 @@ def steer(
 def _peaks(helm: Helm, settled: Settled, share: float) -> Generator[Equilibrium, None, Ending | None]:
     """Yield the rows right before the specimen jumps on the way to a share; return what ends the test at one.
 
-    A jump comes when the crosshead, or the force, of the axis that goes farthest is where it was then.
+    A jump comes when the crosshead of the axis that goes farthest is where it was then. Between two jumps of one way
+    several axes are not in balance with what is asked of them: of these ways the first peak alone is a row.
     """
     bench, stroke, begin = helm.bench, helm.stroke, helm.share
     start = bench.crosshead
     far = max(bench.rig.grips, key=lambda axis: abs(settled.crosshead[axis] - start[axis]) / bench.rig.gauges[axis])
     way = settled.crosshead[far] - start[far]
-    for peak in settled.step.peaks:
+    peaks = settled.step.peaks
+    for peak in peaks if len(bench.rig.grips) == 1 else peaks[:1]:
         crosshead = helm.crosshead(peak, share)
         gone = (crosshead[far] - start[far]) / way if way != 0.0 else peak.share
         helm.share = max(helm.share, begin + min(max(gone, 0.0), 1.0) * (share - begin))

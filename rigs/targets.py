@@ -119,7 +119,7 @@ class StepLog:
 
     def __post_init__(self) -> None:
         given = [field.name for field in fields(self) if getattr(self, field.name) is not None]
-        require(len(given) > 0, "log", "nothing", "one or more of rate, events and every_cycle")
+        require(len(given) > 0, "log", "nothing", "one or more of rate, events and, in a step cycle, every_cycle")
         require_frequency("log.rate", self.rate)
         require_frequency("log.events", self.events)
         require_count("log.every_cycle", self.every_cycle)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from rigs.record import FloatArray
 
-PART: Final = 65_536
+PART: Final = 16_384
 """Samples that are held at a time."""
 
 

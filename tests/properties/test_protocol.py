@@ -238,7 +238,14 @@ PROTOCOLS = st.builds(
     wires=st.booleans(),
     pole_friction=st.none() | st.floats(0.0, 2.0),
     speed_ref=st.sampled_from(["pair", "grip"]),
-    log=st.builds(LogSpec, rate=st.floats(1e-3, 1e4), noise=st.booleans(), seed=st.integers(0, 2**63 - 1)),
+    log=st.builds(
+        LogSpec,
+        rate=st.floats(1e-3, 1e4),
+        events=st.none() | st.floats(1e-3, 1e4),
+        every_cycle=st.integers(1, 100),
+        noise=st.booleans(),
+        seed=st.integers(0, 2**63 - 1),
+    ),
     name=LABELS,
     max_strain_increment=st.floats(1e-5, 0.1),
 )

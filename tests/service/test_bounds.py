@@ -167,9 +167,9 @@ def test_strokes_and_rows_are_bounded_before_they_are_listed(http: httpx.Client,
     began = time.monotonic()
     refused(http.post("/v1/jobs", content=protocol.replace("n: 1", "n: 20000"), headers=YAML), 422, Bounds().strokes)
     refused(http.post("/v1/jobs", content=protocol.replace("n: 1", "n: 999999999999"), headers=YAML), 422)
-    fast = protocol.replace("10 Hz", "10 kHz").replace("n: 1", "n: 100").replace("mm/s", "um/s")
+    fast = protocol.replace("10 Hz", "100 Hz").replace("n: 1", "n: 1000").replace("mm/s", "um/s")
     refused(http.post("/v1/jobs", content=fast, headers=YAML), 422)
-    some = protocol.replace("10 Hz", "10 kHz").replace("n: 1", "n: 10")
+    some = protocol.replace("10 Hz", "100 Hz").replace("n: 1", "n: 1000")
     refused(http.post("/v1/jobs", content=some, headers=YAML), 422, Bounds().rows)
     assert time.monotonic() - began < 10.0
 

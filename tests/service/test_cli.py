@@ -165,11 +165,23 @@ def test_going_past_the_locking_strain_is_a_warning(say: Callable[..., Said], tm
 
 def test_limits_of_the_rig_are_warnings(say: Callable[..., Said], tmp_path: Path) -> None:
     path = spoilt(tmp_path, "loop: 8 mm", "loop: 0.9 m")
-    path.write_text(path.read_text().replace("0.2 mm/s", "0.5 m/s").replace("10 Hz", "1 kHz"))
+    path.write_text(path.read_text().replace("0.2 mm/s", "0.5 m/s"))
     said = say("check", path)
     assert said.code == 0
-    assert [line.split(": ")[2] for line in said.err.splitlines()] == ["travel", "travel", "speed", "log"]
+    assert [line.split(": ")[2] for line in said.err.splitlines()] == ["travel", "travel", "speed"]
     assert "no limit would be passed" not in said.out
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_log_faster_than_the_stage_is_one_line_with_its_place(
+    command: str, say: Callable[..., Said], end_with: Callable[..., list[object]], tmp_path: Path
+) -> None:
+    calls = end_with(Ended())
+    said = say(command, spoilt(tmp_path, "10 Hz", "10 kHz"))
+    assert said.code == 2
+    (line,) = said.err.splitlines()
+    assert "log.rate: found 10000 Hz, allowed 100 Hz or less: biaxial-hook samples no faster" in line
+    assert calls == []
 
 
 @pytest.mark.parametrize("command", ["check", "preview", "run"])

@@ -132,7 +132,7 @@ def test_a_bound_names_the_protocol_that_passes_it(http: httpx.Client, protocol:
     assert place["pointer"] == "/protocols/1/protocol/specimen/loops"
     assert place["bound"] == Bounds().nodes
     assert detail.startswith("/protocols/1: ")
-    some = protocol.replace("10 Hz", "10 kHz").replace("n: 1", "n: 10")
+    some = protocol.replace("10 Hz", "100 Hz").replace("n: 1", "n: 1000")
     detail, place = place_of(http, {"protocol": some, "values": {"peak": ["1 %", "20 %"]}}, "beyond-bound")
     assert place["pointer"] == "/protocol/log/rate"
     assert detail.startswith("peak = '20 %': rows: ")

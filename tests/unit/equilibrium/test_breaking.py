@@ -10,6 +10,7 @@ from knitlab_core.equilibrium.breaking import TRIES, reach
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.newton import Report
+from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.contact_scenes import POISSON_RATIO, straight
 from tests.unit.equilibrium.strands import strand
@@ -157,6 +158,38 @@ def test_a_march_goes_back_to_its_own_steps_after_a_break() -> None:
     shares = [s for s, _, _ in march(Workspace(model), state, lambda s: lifted(state, s), longest=0.125)]
     assert set(np.arange(1, 9) / 8) < set(shares)
     assert len(shares) < 12
+
+
+def test_a_march_yields_what_was_before_and_after_a_break_at_one_place() -> None:
+    model, state = crossed(BondLaw(fuse_gap=0.5, patch_radius=0.4, strength=1e-2))
+    rows = list(march(Workspace(model), state, lambda s: lifted(state, s), longest=0.125))
+    broke = [k for k in range(1, len(rows)) if rows[k][1].bonds.whole.sum() < rows[k - 1][1].bonds.whole.sum()]
+    assert len(broke) == 1
+    (at, before, _), (also, after, _) = rows[broke[0] - 1], rows[broke[0]]
+    assert at == also
+    np.testing.assert_array_equal(before.q[model.fixed], after.q[model.fixed])
+    assert before.bonds.load.max() > 0.98
+    pull = [abs(float(one.reaction[13:, 2].sum())) for one in (before, after)]
+    assert pull[1] < 0.9 * pull[0]
+
+
+def test_a_march_taken_up_between_them_goes_on_to_the_same_rows() -> None:
+    model, state = crossed(BondLaw(fuse_gap=0.5, patch_radius=0.4, strength=1e-2))
+
+    def path(share: float) -> FloatArray:
+        return lifted(state, share)
+
+    work, pace = Workspace(model), Pace()
+    kept, whole = [], []
+    for at, found, _ in march(work, state, path, longest=0.125, pace=pace):
+        kept.append((Pace(at=pace.at, step=pace.step), found, work.carried))
+        whole.append((at, found.q.tobytes()))
+    for number, (stands, found, carried) in enumerate(kept[:-1]):
+        anew = Workspace(model)
+        assert carried is not None
+        anew.go_on(carried)
+        rest = march(anew, found, path, longest=0.125, pace=stands)
+        assert [(at, one.q.tobytes()) for at, one, _ in rest] == whole[number + 1 :]
 
 
 def test_a_bond_acts_where_no_contact_is_listed() -> None:
