@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.record import FloatArray, Trace
-    from rigs.steps import Step
+    from rigs.steps import Axis, Step
 
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
 CYCLES = Cycle(axes=("C", "W"), lower=0.0, upper=0.4, rate=2e-4, n=7)
@@ -103,7 +103,7 @@ def dry_time(test: Protocol) -> float:
     """Return rows a second as planned [Hz]."""
     from rigs.plan import planned_duration, planned_rows  # noqa: PLC0415
 
-    gauges = {"C": 0.016, "W": 0.0189}
+    gauges: dict[Axis, float] = {"C": 0.016, "W": 0.0189}
     return planned_rows(test, gauges) / planned_duration(test, gauges)
 
 
