@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from app.export import row_size
 from app.rig_data import machines_of
-from app.run_layout import sample_size
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.catalogue import arranged, plated
 from rigs.log_rate import require_rates
-from rigs.logs.catalogue import LOGS, defaults
 from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.specimen import SpecimenSpec, gauge_lengths, make_specimen
 from rigs.wires import require_room
@@ -27,10 +26,6 @@ if TYPE_CHECKING:
     from rigs.plan import Planned
     from rigs.protocol import Protocol
     from rigs.steps import Axis
-
-
-TEXT_SIZE: Final = 8
-"""About how much a number of a log takes as text [bytes]."""
 
 _ANY = "RGD8530-DM"
 """A material, where none matters."""
@@ -213,7 +208,7 @@ def dry_run(loaded: Loaded) -> Plan:
         steps=steps,
         duration=planned_duration(protocol, lengths),
         rows=rows,
-        size=rows * _row_size(protocol, machines),
+        size=rows * row_size([drive.machine for drive in arranged(protocol.rig, protocol.mount).values()]),
         images=planned_images(protocol, lengths),
         largest_strain=largest,
         warnings=[
@@ -222,14 +217,6 @@ def dry_run(loaded: Loaded) -> Plan:
             *_limit_warnings(protocol, machines, planned),
         ],
     )
-
-
-def _row_size(protocol: Protocol, machines: Mapping[MachineName, MachineData]) -> int:
-    """Return about how much a row of the log takes at most, in the record and in its instruments' files [bytes]."""
-    drives = arranged(protocol.rig, protocol.mount)
-    axes = [sum(drive.machine == machine for drive in drives.values()) for machine in machines]
-    shown = sum(len(LOGS[dialect].dialect.columns) for dialect in defaults(machines))
-    return sum(sample_size(2 * count) for count in axes) + TEXT_SIZE * shown
 
 
 def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch) -> float:
