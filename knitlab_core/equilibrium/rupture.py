@@ -218,7 +218,7 @@ def _untouched(model: Model, state: State, edge: int) -> Memory:
     memory, m = state.memory, len(model.samples.weights)
     nodes = np.stack([memory.key // (len(state.q) * m), memory.key % (len(state.q) * m)]) // m
     keep = ~np.isin(nodes, [edge, edge + 1]).any(axis=0)
-    return Memory(*(values[keep] for values in memory))
+    return Memory(memory.key[keep], *(values[keep] for values in memory[1:]))
 
 
 def _gradient(work: Workspace, state: State) -> FloatArray:
