@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
 
@@ -35,6 +36,11 @@ class SpecificationError(KnitlabError):
     expected : str
         What is allowed, as a phrase: ``a length above 0 m``.
 
+    Attributes
+    ----------
+    more : tuple of SpecificationError
+        What else is wrong, where several values were checked together.
+
     Examples
     --------
     >>> print(SpecificationError("specimen.rows", -1, "a whole number from 1"))
@@ -46,11 +52,21 @@ class SpecificationError(KnitlabError):
         self.field = field
         self.found = found
         self.expected = expected
+        self.more: tuple[SpecificationError, ...] = ()
 
     def __str__(self) -> str:
         """Return one line: ``field: found X, allowed Y``."""
         line = f"{self.field}: found {self.found!r}, allowed {self.expected}"
         return " ".join(line.split())
+
+
+def raise_all(faults: Sequence[SpecificationError]) -> None:
+    """Raise the first of some faults, with the others as its `more`; nothing if there is none."""
+    single = [one for fault in faults for one in (fault, *fault.more)]
+    if single:
+        first, *others = single
+        first.more = tuple(others)
+        raise first
 
 
 class UnitError(SpecificationError):

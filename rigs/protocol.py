@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from rigs.bounds import require, require_count, require_frequency, require_label
+from knitlab_core.errors import SpecificationError, raise_all
+from rigs.bounds import require, require_all, require_count, require_frequency, require_label
 from rigs.catalogue import CATALOGUE
 from rigs.specimen import SpecimenSpec
 from rigs.steps import (
@@ -91,13 +92,16 @@ class LogSpec:
     clock_skew: float | None = None
 
     def __post_init__(self) -> None:
-        require_frequency("rate", self.rate)
-        require_frequency("events", self.events)
-        require_count("every_cycle", self.every_cycle)
-        require(0 <= self.seed < 2**63, "seed", self.seed, "a whole number from 0 to 2^63 - 1")
         offset, skew = self.clock_offset or 0.0, self.clock_skew or 0.0
-        require(abs(offset) <= 3600.0, "clock_offset", f"{offset:g} s", "a time from -3600 s to 3600 s")
-        require(abs(skew) <= 0.01, "clock_skew", f"{skew:g}", "a number from -0.01 to 0.01")
+        hours, least = "a time from -3600 s to 3600 s", "a number from -0.01 to 0.01"
+        require_all(
+            lambda: require_frequency("rate", self.rate),
+            lambda: require_frequency("events", self.events),
+            lambda: require_count("every_cycle", self.every_cycle),
+            lambda: require(0 <= self.seed < 2**63, "seed", self.seed, "a whole number from 0 to 2^63 - 1"),
+            lambda: require(abs(offset) <= 3600.0, "clock_offset", f"{offset:g} s", hours),
+            lambda: require(abs(skew) <= 0.01, "clock_skew", f"{skew:g}", least),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +138,7 @@ class Protocol:
     """
 
     specimen: SpecimenSpec
-    speed_ref: Literal["pair", "grip"]
+    speed_ref: Literal["pair", "grip"] = "pair"
     others: Others
     steps: tuple[Step, ...]
     log: LogSpec = field(default_factory=LogSpec)
@@ -147,29 +151,52 @@ class Protocol:
     max_strain_increment: float = 0.0125
 
     def __post_init__(self) -> None:
-        require(len(self.steps) > 0, "steps", [], "one step or more")
-        count = stroke_count(self.steps)
-        require(count <= MAX_STROKES, "steps", f"{count} strokes", f"{MAX_STROKES} strokes or fewer")
-        require_label("name", self.name)
-        increment = self.max_strain_increment
-        require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1")
-        self._require_rig()
-        planar = "P" not in self.specimen.axes
-        require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
-        bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
-        require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
-        straight = self.specimen.rest_shape == "straight"
-        require(self.hook == "pin" or not straight, "hook", self.hook, "pin: wires hold a yarn at rest as printed")
-        friction = self.pole_friction
-        require(friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2")
+        count, increment, friction = stroke_count(self.steps), self.max_strain_increment, self.pole_friction
+        most = f"{MAX_STROKES} strokes or fewer"
+        require_all(
+            lambda: require(len(self.steps) > 0, "steps", [], "one step or more"),
+            lambda: require(count <= MAX_STROKES, "steps", f"{count} strokes", most),
+            lambda: require_label("name", self.name),
+            lambda: require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1"),
+            self._require_rig,
+            self._require_hooks,
+            lambda: require(
+                friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2"
+            ),
+        )
 
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes that are driven."""
         return CATALOGUE[self.rig].axes if self.mount is None else (self.mount,)
 
+    def _require_hooks(self) -> None:
+        """Raise unless the hooks can hold the knit and its yarn."""
+        planar = "P" not in self.specimen.axes
+        require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
+        bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
+        require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        straight = self.specimen.rest_shape == "straight"
+        require(self.hook == "pin" or not straight, "hook", self.hook, "pin: wires hold a yarn at rest as printed")
+
     def _require_rig(self) -> None:
         """Raise unless the rig of the catalogue can do what is asked for."""
+        rig = CATALOGUE[self.rig]
+        clocks = len({drive.machine for drive in rig.drives.values()})
+        driven = self.axes if rig.mounts_one else rig.axes
+        clock = f"none: {self.rig} has one clock"
+        require_all(
+            self._require_faces,
+            lambda: require_others(self.rig, self.others),
+            lambda: require(
+                self.log.clock_offset is None or clocks > 1, "log.clock_offset", self.log.clock_offset, clock
+            ),
+            lambda: require(self.log.clock_skew is None or clocks > 1, "log.clock_skew", self.log.clock_skew, clock),
+            lambda: require_driven(self.steps, driven),
+        )
+
+    def _require_faces(self) -> None:
+        """Raise unless the specimen has the faces that the rig pulls, and stands along one of them where it must."""
         rig = CATALOGUE[self.rig]
         able = [axis for axis in rig.axes if axis in self.specimen.axes]
         if rig.mounts_one:
@@ -179,21 +206,24 @@ class Protocol:
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
             found = f"a knit with faces across {_both(self.specimen.axes)}"
-            require(
-                able == list(rig.axes),
-                "knit",
-                found,
-                f"one with faces across {_both(rig.axes)}, which {self.rig} pulls",
-            )
-        allowed = " or ".join(", ".join(rig.others).rsplit(", ", 1))
-        require(self.others in rig.others, "others", self.others, f"{allowed} on {self.rig}")
-        clocks = len({drive.machine for drive in rig.drives.values()})
-        for name in ("clock_offset", "clock_skew"):
-            said = getattr(self.log, name)
-            require(said is None or clocks > 1, f"log.{name}", said, f"none: {self.rig} has one clock")
-        for place, axes in axes_of(self.steps):
-            wrong = [axis for axis in axes if axis not in self.axes]
-            require(not wrong, place, ", ".join(wrong), f"what is driven: {_both(self.axes)}")
+            wanted = f"one with faces across {_both(rig.axes)}, which {self.rig} pulls"
+            require(able == list(rig.axes), "knit", found, wanted)
+
+
+def require_others(rig: RigName, others: str) -> None:
+    """Raise unless the axes of a rig that a step does not name can do so."""
+    allowed = " or ".join(", ".join(CATALOGUE[rig].others).rsplit(", ", 1))
+    require(others in CATALOGUE[rig].others, "others", others, f"{allowed} on {rig}")
+
+
+def require_driven(steps: Sequence[Step], axes: Sequence[Axis]) -> None:
+    """Raise unless every step drives axes alone that the rig does."""
+    faults = []
+    for place, named in axes_of(steps):
+        wrong = [axis for axis in named if axis not in axes]
+        if wrong:
+            faults.append(SpecificationError(place, ", ".join(wrong), f"what is driven: {_both(axes)}"))
+    raise_all(faults)
 
 
 def _both(axes: Sequence[Axis]) -> str:

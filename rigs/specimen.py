@@ -19,7 +19,7 @@ from knitlab_core.knits import (
     volumetric_specimen,
 )
 from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
-from rigs.bounds import require
+from rigs.bounds import require, require_all
 from rigs.fixtures import COORDINATE, SITES
 from rigs.record import SpecimenSize
 
@@ -93,6 +93,10 @@ class SpecimenSpec:
     rupture: Rupture = "off"
 
     def __post_init__(self) -> None:
+        require_all(self._require_knit, self._require_material, self._require_numbers)
+
+    def _require_knit(self) -> None:
+        """Raise unless the knit is known, and has as many loops as such a knit can have."""
         if isinstance(self.knit, str):
             names = ", ".join(NAMED_KNITS)
             require(self.knit in NAMED_KNITS, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
@@ -106,18 +110,27 @@ class SpecimenSpec:
             require(plain, "yarn", "a yarn of fibres, or fused points", "neither in a filament")
         count = self.rows * self.loops * self.layers
         require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
-        width = self.loop_width
-        require(1e-6 <= width <= 1.0, "loop_width", f"{width:g} m", "a length from 1 um to 1 m")
+
+    def _require_material(self) -> None:
+        """Raise unless the material is known, with the numbers of all that it is asked to do."""
         material = self.substance
         lacks = f"off: nothing is known of the {{}} of {material.name}"
-        require(not self.viscoelastic or len(material.relaxation) > 0, "viscoelastic", "on", lacks.format("relaxation"))
-        breaks = material.breaking_strain is not None
-        require(self.rupture == "off" or breaks, "rupture", self.rupture, lacks.format("breaking strain"))
-        fuses = self.rest_shape == "straight" and self.fused is not None
-        require(not fuses, "fused", "fused points", "none in a yarn that is straight at rest: points fuse in print")
-        require(0.0 <= self.friction <= 2.0, "friction", self.friction, "a coefficient from 0 to 2")
-        require(
-            8 <= self.nodes_per_loop <= 1000, "nodes_per_loop", self.nodes_per_loop, "a whole number from 8 to 1000"
+        relaxes, breaks = len(material.relaxation) > 0, material.breaking_strain is not None
+        straight = self.rest_shape == "straight" and self.fused is not None
+        fusing = "none in a yarn that is straight at rest: points fuse in print"
+        require_all(
+            lambda: require(not self.viscoelastic or relaxes, "viscoelastic", "on", lacks.format("relaxation")),
+            lambda: require(self.rupture == "off" or breaks, "rupture", self.rupture, lacks.format("breaking strain")),
+            lambda: require(not straight, "fused", "fused points", fusing),
+        )
+
+    def _require_numbers(self) -> None:
+        """Raise unless loop width, friction and mesh are in their range."""
+        width, nodes = self.loop_width, self.nodes_per_loop
+        require_all(
+            lambda: require(1e-6 <= width <= 1.0, "loop_width", f"{width:g} m", "a length from 1 um to 1 m"),
+            lambda: require(0.0 <= self.friction <= 2.0, "friction", self.friction, "a coefficient from 0 to 2"),
+            lambda: require(8 <= nodes <= 1000, "nodes_per_loop", nodes, "a whole number from 8 to 1000"),
         )
 
     @property
@@ -139,9 +152,14 @@ class SpecimenSpec:
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which the knit has faces with boundary sites."""
-        if isinstance(self.stitch, Filament):
-            return ("C",)
-        return ("C", "W") if isinstance(self.stitch, Stitch) else ("C", "W", "P")
+        return axes_of_knit(self.stitch)
+
+
+def axes_of_knit(knit: Stitch | VolumetricStitch | Filament) -> tuple[Axis, ...]:
+    """Return the axes across which a knit has faces with boundary sites."""
+    if isinstance(knit, Filament):
+        return ("C",)
+    return ("C", "W") if isinstance(knit, Stitch) else ("C", "W", "P")
 
 
 def make_specimen(spec: SpecimenSpec) -> Specimen:

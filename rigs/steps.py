@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from rigs.bounds import require, require_label
+from rigs.bounds import require, require_all, require_label
 from rigs.targets import (
     AXES,
     Axis,
@@ -86,11 +86,14 @@ class Preload:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require_axes(self.axes)
-        require(0.0 < self.force <= 1e4, "force", f"{self.force:g} N", "a force above 0 and up to 10 kN")
-        require_rate(self.rate, self.drives)
-        _require_no_cycles(self.log)
-        require_label("tag", self.tag)
+        force = f"{self.force:g} N"
+        require_all(
+            lambda: require_axes(self.axes),
+            lambda: require(0.0 < self.force <= 1e4, "force", force, "a force above 0 and up to 10 kN"),
+            lambda: require_rate(self.rate, self.drives),
+            lambda: _require_no_cycles(self.log),
+            lambda: require_label("tag", self.tag),
+        )
 
     @property
     def drives(self) -> Control:
@@ -111,11 +114,13 @@ class Ramp:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require_axes(self.axes)
-        _require_same(self.control, self.to)
-        require_rate(self.rate, self.drives)
-        _require_no_cycles(self.log)
-        require_label("tag", self.tag)
+        require_all(
+            lambda: require_axes(self.axes),
+            lambda: _require_same(self.control, self.to),
+            lambda: require_rate(self.rate, self.drives if self.drives != "force" else self.to.kind),
+            lambda: _require_no_cycles(self.log),
+            lambda: require_label("tag", self.tag),
+        )
 
     @property
     def drives(self) -> Control:
@@ -135,13 +140,14 @@ class Hold:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require_time("duration", self.duration)
-        if self.axes:
-            require_axes(self.axes)
         named = bool(self.axes) or self.control != "force"
-        require(named, "axes", "nothing", "a list of the axes whose force is held, such as [C, W]")
-        _require_no_cycles(self.log)
-        require_label("tag", self.tag)
+        require_all(
+            lambda: require_time("duration", self.duration),
+            lambda: require_axes(self.axes or AXES),
+            lambda: require(named, "axes", "nothing", "a list of the axes whose force is held, such as [C, W]"),
+            lambda: _require_no_cycles(self.log),
+            lambda: require_label("tag", self.tag),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,13 +168,21 @@ class Cycle:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require_axes(self.axes)
-        require_level(self.control, self.lower, "lower")
-        require_level(self.control, self.upper, "upper")
+        require_all(
+            lambda: require_axes(self.axes),
+            self._require_ends,
+            lambda: require_rate(self.rate, self.control),
+            lambda: require(1 <= self.n <= 10_000, "n", self.n, "a whole number from 1 to 10000"),
+            lambda: require_label("tag", self.tag),
+        )
+
+    def _require_ends(self) -> None:
+        """Raise unless the ends are in their range, and the upper one above the lower."""
+        require_all(
+            lambda: require_level(self.control, self.lower, "lower"),
+            lambda: require_level(self.control, self.upper, "upper"),
+        )
         require(self.lower < self.upper, "upper", self.upper, f"a {self.control} above lower ({self.lower:g})")
-        require_rate(self.rate, self.control)
-        require(1 <= self.n <= 10_000, "n", self.n, "a whole number from 1 to 10000")
-        require_label("tag", self.tag)
 
     @property
     def drives(self) -> Control:
@@ -205,14 +219,16 @@ class UntilRupture:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        require_axes(self.axes)
-        seen = "strain or displacement: under a controlled force no drop is seen"
-        require(self.control != "force", "control", "force", seen)
-        require(self.to is None or self.to.kind != "force", "to", "a force", "a strain or a displacement")
-        require_rate(self.rate, self.drives)
-        require_drop("drop", self.drop)
-        _require_no_cycles(self.log)
-        require_label("tag", self.tag)
+        seen, place = "strain or displacement: under a controlled force no drop is seen", "a strain or a displacement"
+        require_all(
+            lambda: require_axes(self.axes),
+            lambda: require(self.control != "force", "control", "force", seen),
+            lambda: require(self.to is None or self.to.kind != "force", "to", "a force", place),
+            lambda: require_rate(self.rate, "displacement"),
+            lambda: require_drop("drop", self.drop),
+            lambda: _require_no_cycles(self.log),
+            lambda: require_label("tag", self.tag),
+        )
 
     @property
     def drives(self) -> Control:
@@ -228,9 +244,8 @@ class Image:
     tag: str | None = None
 
     def __post_init__(self) -> None:
-        if self.every is not None and self.every != "off":
-            require_time("every", self.every)
-        require_label("tag", self.tag)
+        every = 1.0 if self.every is None or self.every == "off" else self.every
+        require_all(lambda: require_time("every", every), lambda: require_label("tag", self.tag))
 
 
 Drive: TypeAlias = Preload | Ramp | Cycle | UntilRupture

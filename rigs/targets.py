@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from rigs.bounds import require, require_count, require_frequency
+from rigs.bounds import require, require_all, require_count, require_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,14 +92,12 @@ class Until:
         given = [field.name for field in fields(self) if getattr(self, field.name) is not None]
         require(len(given) > 0, "until", "nothing", "one or more of force, strain, displacement, time and drop")
         kinds: tuple[Control, ...] = ("strain", "displacement", "force")
-        for kind in kinds:
-            level = getattr(self, kind)
-            if level is not None:
-                require_level(kind, level, f"until.{kind}")
-        if self.time is not None:
-            require_time("until.time", self.time)
-        if self.drop is not None:
-            require_drop("until.drop", self.drop)
+        levels = [(kind, level) for kind in kinds if (level := getattr(self, kind)) is not None]
+        require_all(
+            *(partial(require_level, kind, level, f"until.{kind}") for kind, level in levels),
+            *(() if self.time is None else (partial(require_time, "until.time", self.time),)),
+            *(() if self.drop is None else (partial(require_drop, "until.drop", self.drop),)),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,15 +119,17 @@ class StepLog:
     def __post_init__(self) -> None:
         given = [field.name for field in fields(self) if getattr(self, field.name) is not None]
         require(len(given) > 0, "log", "nothing", "one or more of rate, events and, in a step cycle, every_cycle")
-        require_frequency("log.rate", self.rate)
-        require_frequency("log.events", self.events)
-        require_count("log.every_cycle", self.every_cycle)
+        require_all(
+            lambda: require_frequency("log.rate", self.rate),
+            lambda: require_frequency("log.events", self.events),
+            lambda: require_count("log.every_cycle", self.every_cycle),
+        )
 
 
 def require_axes(axes: Sequence[str]) -> None:
     """Raise unless `axes` names each driven axis once."""
     fine = len(axes) > 0 and len(set(axes)) == len(axes) and set(axes) <= set(AXES)
-    require(fine, "axes", list(axes), "one or more of C, W and P, each once")
+    require(fine, "axes", list(axes), "one or more axes of the rig, each once")
 
 
 def require_level(kind: Control, level: float, name: str) -> None:
