@@ -12,6 +12,7 @@ from app.check import build_specimen, fitted_machines
 from app.checkpoint import CHECKPOINT, Keeper, Origin
 from app.export import export_logs
 from app.figures import run_figures
+from app.file_names import file_stem
 from app.journal import TESTED, Journal
 from app.pictures import knit_frames
 from app.provenance import provenance
@@ -20,6 +21,7 @@ from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from app.schemas import loads
+from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
 from rigs.checkpoint import put_back
 from rigs.experiment import perform
@@ -151,7 +153,11 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         axes=protocol.axes,
         strands=rig.strands,
         instruments=rig.instruments,
-        provenance={**task.origin.facts, "started": datetime.now().astimezone().isoformat(timespec="seconds")},
+        provenance={
+            **task.origin.facts,
+            "defaults": shown_defaults(task.loaded.defaults),
+            "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+        },
         materials=task.loaded.materials,
         plates=_plates(rig),
         wires=len(wire_ends(rig, state)),
@@ -254,13 +260,14 @@ def _publish(folder: Path, name: str, progress: Progress, *, pictures: bool) -> 
     run = RunReader(folder / RECORD)
     if not len(run.trace):
         return
+    stem = file_stem(name)
     progress(TESTED, "writing the log")
     export_logs(run, folder)
     if pictures:
         progress(TESTED, "plotting")
-        stress_strain_plot(run, folder / f"{name}_stress_strain.png")
+        stress_strain_plot(run, folder / f"{stem}_stress_strain.png")
         progress(TESTED, "drawing the knit")
-        note = knit_frames(run, folder / f"{name}_knit.png").note
+        note = knit_frames(run, folder / f"{stem}_knit.png").note
         if note:
             sys.stderr.write(note + "\n")
     images_of(run, folder, name, progress)
@@ -273,4 +280,4 @@ def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float
         return ()
     from app.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)
 
-    return write_images(run, folder / IMAGES, name, usual_look(run), progress)
+    return write_images(run, folder / IMAGES, file_stem(name), usual_look(run), progress)

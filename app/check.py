@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from rigs.protocol import Protocol
     from rigs.steps import Axis
 
-_ANY = "RGD8530-DM"
-"""A material, where none matters."""
+_ANY = "RGD8530-DM"  # a material, where none matters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,25 +60,21 @@ class Plan:
 
     Parameters
     ----------
-    protocol : Protocol
-        The protocol.
-    specimen : SpecimenFacts
-        The specimen.
+    protocol, specimen : Protocol, SpecimenFacts
+        What is tested, and how.
     steps : sequence of Planned
         Every step with its strokes; a preload is taken to meet its force at once.
-    duration : float
-        Planned duration [s].
-    rows : int
-        Rows of the log; near events there may be more.
-    size : float
-        About how large the files of the log will be [bytes].
-    images : int
-        Pictures that are asked for.
+    duration, size : float
+        Planned duration [s], and about how large the files of the log will be [bytes].
+    rows, images : int
+        Rows of the log, of which there may be more near events, and pictures that are asked for [1].
     largest_strain : float or None
         Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None for a
         volumetric knit, and where the sides are free, for they give yarn.
     warnings : sequence of str
         Limits that would be passed, one line each.
+    defaults : Mapping
+        What holds though the protocol does not say it, by its place in it.
     """
 
     protocol: Protocol
@@ -91,6 +86,7 @@ class Plan:
     images: int
     largest_strain: float | None
     warnings: Sequence[str]
+    defaults: Mapping[str, str]
 
     @property
     def strokes(self) -> list[Stroke]:
@@ -216,6 +212,7 @@ def dry_run(loaded: Loaded) -> Plan:
             *_fusing_warning(protocol.specimen, facts.clearance),
             *_limit_warnings(protocol, machines, planned),
         ],
+        defaults=loaded.defaults,
     )
 
 

@@ -18,7 +18,7 @@ from app.exit_codes import NOT_PRINTABLE, USAGE, error_exit_code
 from app.run_commands import resume, run
 from app.sem.command import EXAMPLE, SHORT, images
 from app.service.cli import service
-from app.terminal import AsJson, Chosen, ProtocolPath, complain, values_of, warn
+from app.terminal import AsJson, Chosen, ProtocolPath, complain, complain_of, values_of, warn
 from knitlab_core.errors import KnitlabError
 
 knitlab = typer.Typer(
@@ -55,7 +55,7 @@ def main() -> None:
     try:
         knitlab(standalone_mode=True)
     except KnitlabError as error:
-        complain(str(error))
+        complain_of(error)
         sys.exit(error_exit_code(error))
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
@@ -89,7 +89,8 @@ def _root(
 def check(protocol: ProtocolPath, *, chosen: Chosen = None, as_json: AsJson = False) -> None:
     """Say what a protocol would do: strokes, duration, rows, limits, arc-length budget. No physics.
 
-    Of a sweep all points. Warnings (a limit passed, yarn used up) go to stderr and leave the exit code at 0.
+    Of a sweep all points. Values that are taken by default are named. Every mistake in the protocol is a line on
+    stderr, at most twenty; warnings (a limit passed, yarn used up) go there too and leave the exit code at 0.
     """
     from app.check import dry_run  # noqa: PLC0415
     from app.plan_tables import plan_data, print_plan, print_points  # noqa: PLC0415
@@ -127,6 +128,7 @@ def preview(
 ) -> None:
     """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
     from app.check import build_specimen, describe  # noqa: PLC0415
+    from app.file_names import file_stem  # noqa: PLC0415
     from app.pictures import specimen_picture  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
@@ -135,7 +137,7 @@ def preview(
     specimen = build_specimen(loaded)
     folder = Path() if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / f"{loaded.protocol.name}_specimen.png"
+    picture = folder / f"{file_stem(loaded.protocol.name)}_specimen.png"
     note = specimen_picture(specimen, picture).note
     if note:
         complain(note)

@@ -235,6 +235,7 @@ def _print_job(job: Job, text: str, *, as_json: bool) -> None:
 def _follow(client: Client, job: Job, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
     """Follow a job to its end, fetch its logs, and leave with the exit code of its test."""
     from app.exit_codes import job_exit_code  # noqa: PLC0415
+    from app.file_names import file_stem  # noqa: PLC0415
     from app.run_folder import make_run_folder  # noqa: PLC0415
     from app.tables import Bar, jobs_data, print_json  # noqa: PLC0415
     from app.watching import fetch_logs, watch_job  # noqa: PLC0415
@@ -245,7 +246,7 @@ def _follow(client: Client, job: Job, out: Path | None, *, everything: bool, qui
     except KeyboardInterrupt:
         sys.stderr.write(f"job {job.id} goes on: knitlab watch {job.id}\n")
         raise typer.Exit(INTERRUPTED) from None
-    folder = make_run_folder(Path("runs") / ended.name if out is None else out)
+    folder = make_run_folder(Path("runs") / file_stem(ended.name) if out is None else out)
     fetched = fetch_logs(client, job.id, folder, everything=everything)
     if as_json:
         print_json({**jobs_data([ended])[0], "folder": str(folder), "files": [str(path) for path in fetched]})

@@ -27,12 +27,13 @@ def sweep(
 
     Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up.
     """
+    from app.file_names import file_stem  # noqa: PLC0415
     from app.sweeps import run_sweep  # noqa: PLC0415
     from app.tables import Bar, print_json, print_sweep, sweep_data  # noqa: PLC0415
     from app.usecases import RUNS  # noqa: PLC0415
 
     with Bar(hidden=quiet) as bar:
-        result = run_sweep(protocol, RUNS / protocol.stem if out is None else out, bar.show, jobs=jobs)
+        result = run_sweep(protocol, RUNS / file_stem(protocol.stem) if out is None else out, bar.show, jobs=jobs)
     if as_json:
         print_json(sweep_data(result))
     else:

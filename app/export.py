@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from app.file_names import file_stem
 from app.run_folder import write_whole
 from app.run_layout import sample_size
 from app.run_reader import read_run
@@ -122,7 +123,7 @@ def export_log(
             found = ", ".join(run.logs) or "none"
             raise SpecificationError("run.channels", found, f"a run on {machine} that was sampled to its end")
     test = logged(run)
-    path = folder / log.place.format(sample=test.sample)
+    path = folder / log.place.format(sample=file_stem(test.sample))
     path.parent.mkdir(parents=True, exist_ok=True)
     return _written(replace(log, dialect=shown), test, path)
 
@@ -140,10 +141,12 @@ def logged(run: RunReader) -> Logged:
     Raises
     ------
     SpecificationError
-        If its name may not name files.
+        If its name or a tag is no label, for a log shows them as they are.
     """
     sample = str(run.provenance.get("name", "knitlab"))
     require_label("run.name", sample)
+    for tag in run.tags:
+        require_label("run.tags", tag)
     return Logged(sample=sample, size=run.size, samples=run.logs, facts=run.provenance)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rich.table import Table
 
+from app.schemas.defaults import shown_defaults
 from app.tables import console_of, print_facts, specimen_data
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "images": plan.images,
         "largest_strain": plan.largest_strain,
         "warnings": list(plan.warnings),
+        "defaults": dict(plan.defaults),
     }
 
 
@@ -99,6 +101,8 @@ def print_plan(plan: Plan) -> None:
             f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
             f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
         )
+    if plan.defaults:
+        console.print(f"taken by default: {shown_defaults(plan.defaults)}", soft_wrap=True)
     if not plan.warnings:
         console.print("no limit would be passed")
 

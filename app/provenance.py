@@ -52,6 +52,8 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("rig", protocol.rig),
             *([] if protocol.mount is None else [("mount", protocol.mount)]),
             ("hook", protocol.hook),
+            ("speed_ref", protocol.speed_ref),
+            ("others", protocol.others),
             *_given_pole_friction(protocol.pole_friction),
             ("seed", protocol.log.seed),
             ("zero_strain", spec.rest_shape),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from app.lettering import boxes_allowed, write_plainly
 from app.run_folder import whole_file
 from knitlab_core.errors import SpecificationError
 from rigs.analysis import branch, stress_strain
@@ -141,7 +142,7 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     force_time.tick_params(labelbottom=False)
     name = run.provenance.get("name")
     heading = f"{name}: effective stress and strain" if name else "Effective stress and strain"
-    main.set_title(heading, fontsize=13, loc="left")
+    write_plainly([main.set_title(heading, fontsize=13, loc="left")])
     return finish(figure, (main, force_time, strain_time), path)
 
 
@@ -151,7 +152,9 @@ def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(color="#e6e6e6", lw=0.6)
         axes.set_axisbelow(True)
-    with whole_file(path) as temporary:
+        legend = axes.get_legend()
+        write_plainly([] if legend is None else legend.get_texts())
+    with whole_file(path) as temporary, boxes_allowed():
         figure.savefig(temporary, dpi=200, facecolor="white")
     return path
 

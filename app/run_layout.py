@@ -10,6 +10,7 @@ import numpy as np
 
 from app.run_folder import whole_file
 from app.vtkhdf import make_frames
+from rigs.bounds import LONGEST_LABEL
 from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ RUNNING = "running"
 #: Load plates, in their order along the pile.
 PLATES = ("lower", "upper")
 TEXT = h5py.string_dtype("utf-8", length=64)
+#: Bytes of the longest label, in letters of four bytes each.
+TAG_BYTES = 4 * LONGEST_LABEL
+TAG = h5py.string_dtype("utf-8", length=TAG_BYTES)
 END = h5py.string_dtype("utf-8", length=16)
 PLACE = h5py.string_dtype("utf-8", length=256)
 MESSAGE = h5py.string_dtype("utf-8", length=1024)
@@ -91,7 +95,7 @@ def make_record(
         file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
         file.create_dataset("materials", data=materials, dtype=h5py.string_dtype("utf-8"))
         file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
-        file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
+        file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TAG)
         file.attrs.update({**provenance, **facts})
         _make_equilibria(file, axes)
         for name, nodes in zip(PLATES, plates or (), strict=False):

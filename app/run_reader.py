@@ -54,6 +54,8 @@ class RunReader:
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
         Extents and fibre radius.
+    tags : list of str
+        The labels that steps, samples and images bear.
     trace : Trace
         The equilibria.
     logs : dict of str to StoredLog
@@ -77,7 +79,7 @@ class RunReader:
             with h5py.File(path, "r", locking=False) as file:
                 if "protocol" in file and file.attrs.get("layout") != LAYOUT:
                     raise FormatError(path, 1, f"the record of a run in layout {LAYOUT}")
-                self._tags = [text.decode() for text in file["tags"][()]]
+                self.tags = [text.decode() for text in file["tags"][()]]
                 self.protocol = cast("str", file["protocol"].asstr()[()])
                 self.materials = cast("str", file["materials"].asstr()[()])
                 self.strands = tuple(int(size) for size in file["strands"][()])
@@ -90,7 +92,7 @@ class RunReader:
                 )
                 self.trace = self._read_trace(file["equilibria"])
                 self.steps = self._read_steps(file["steps"])
-                self.logs = read_logs(path, file["channels"], self._tags, jump_times(self.trace))
+                self.logs = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
                 self.outcome = _read_outcome(file["outcome"], len(self.trace))
         except FileNotFoundError:
             raise
@@ -105,7 +107,7 @@ class RunReader:
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""
         with h5py.File(self.path, "r", locking=False) as file:
-            return read_frames(file, self._tags)
+            return read_frames(file, self.tags)
 
     def _read_trace(self, table: h5py.Group) -> Trace:
         raw = {name: column[()] for name, column in table.items()}
@@ -134,7 +136,7 @@ class RunReader:
         )
 
     def _tag_texts(self, indices: FloatArray) -> tuple[str | None, ...]:
-        return tuple(self._tags[int(index)] if 0 <= index < len(self._tags) else None for index in indices)
+        return tuple(self.tags[int(index)] if 0 <= index < len(self.tags) else None for index in indices)
 
 
 def read_run(path: Path) -> RunReader:

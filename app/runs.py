@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Self
 import h5py
 import numpy as np
 
-from app.run_layout import END, MESSAGE, RUNNING, cut, lengths
+from app.run_layout import END, MESSAGE, RUNNING, TAG_BYTES, cut, lengths
 from app.vtkhdf import NO_IMAGE, append_frame
 from rigs.record import ENDS, PHASES
 
@@ -79,7 +79,7 @@ class RunWriter:
             return NO_TAG
         if tag not in self._tags:
             self._tags.append(tag)
-            _append(self._file["tags"], _clipped(tag, 64))
+            _append(self._file["tags"], _clipped(tag, TAG_BYTES))
         return self._tags.index(tag)
 
     def append(self, row: Equilibrium) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.document import Data
+    from knitlab_core.errors import KnitlabError
+
+MOST_MISTAKES: Final = 20
+"""Lines in which a protocol's mistakes are said."""
 
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
@@ -50,6 +54,15 @@ def values_of(chosen: list[str] | None) -> dict[str, Data]:
 def complain(message: str) -> None:
     """Print one line to stderr."""
     sys.stderr.write(" ".join(message.split()) + "\n")
+
+
+def complain_of(error: KnitlabError) -> None:
+    """Print what is wrong, one line each, of many the first twenty."""
+    every = [error, *error.more] if isinstance(error, SpecificationError) else [error]
+    for one in every[:MOST_MISTAKES]:
+        complain(str(one))
+    if len(every) > MOST_MISTAKES:
+        complain(f"... and {len(every) - MOST_MISTAKES} more")
 
 
 def warn(protocol: Path, warnings: Sequence[str]) -> None:

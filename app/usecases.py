@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.file_names import file_stem
 from app.run_folder import make_run_folder, remove_unfinished
 from app.run_layout import reaches
 from app.run_lock import locked
@@ -72,7 +73,7 @@ def run_protocol(
         If there is a run in the exact folder.
     """
     loaded = load(path, chosen).one_test()
-    return run_loaded(loaded, RUNS / loaded.protocol.name if out is None else out, progress, exact=exact)
+    return run_loaded(loaded, RUNS / file_stem(loaded.protocol.name) if out is None else out, progress, exact=exact)
 
 
 def run_loaded(

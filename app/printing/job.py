@@ -7,6 +7,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from app.check import build_specimen
+from app.file_names import file_stem
 from app.printing.checks import Check, printer_checks, surface_checks
 from app.printing.fibres import specimen_fibres
 from app.printing.files import write_surface
@@ -131,7 +132,7 @@ def print_knit(
     checks += printer_checks(fibres, printer, 1e3 * _gap(specimen))
     slicer = Slicer(fibres, 1e3 * layer)
     folder.mkdir(parents=True, exist_ok=True)
-    name = loaded.protocol.name
+    name = file_stem(loaded.protocol.name)
     files = list(_surfaces(fibres, folder / name, wanted.formats, progress))
     volume = sum(float(fibre.mesh.volume) for fibre in fibres)
     if wanted.sheet or wanted.every is not None:

@@ -3,31 +3,37 @@
 document  YAML to plain data that knows its places
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
+defaults  what holds though a file does not say it
 base, models, steps, specimen, materials  structure, published as JSON Schema
 locate    errors with file, line and column
+here      which words a protocol's rig and knit allow
+further   what is out of range in the parts of a protocol whose form is right
 convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
 material_files  the files that materials of one's own stand in
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from app.schemas.convert import to_domain, to_yaml
+from app.schemas.convert import to_data, to_domain, to_yaml
+from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text
-from app.schemas.errors import ProtocolError
-from app.schemas.locate import at, first_error, locate
+from app.schemas.errors import Faults, ProtocolError, in_order
+from app.schemas.further import BY_MATERIAL, further_errors, is_within
+from app.schemas.locate import at, form_errors, locate
 from app.schemas.material_files import materials_file
 from app.schemas.materials import to_materials
 from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
 from app.schemas.sweep import points_of
 from knitlab_core.errors import SpecificationError
+from rigs.bounds import as_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -47,6 +53,7 @@ __all__ = [
     "load_sweep",
     "loads",
     "loads_document",
+    "to_data",
     "to_yaml",
 ]
 
@@ -69,6 +76,8 @@ class Loaded:
         Text of the protocol with values chosen for parameters; empty if none were.
     points : tuple of Point
         The points of its sweep, where it has one and none was chosen.
+    defaults : Mapping
+        What holds though the file does not say it, by its place in it.
     """
 
     protocol: Protocol
@@ -76,6 +85,7 @@ class Loaded:
     materials: str = ""
     resolved: str = ""
     points: tuple[Point, ...] = ()
+    defaults: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
@@ -103,7 +113,7 @@ class Loaded:
 
 
 def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
-    """Read a protocol file; a protocol without a name takes the file's.
+    """Read a protocol file; a protocol without a name takes the file's, with `_` for what no name may hold.
 
     Parameters
     ----------
@@ -123,7 +133,7 @@ def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
         text = read_text(file, "materials")
         return _read_materials(text, str(file)), text
 
-    return _loaded(parse_text(read_text(path), str(path)), path.stem, beside, chosen or {})
+    return _loaded(parse_text(read_text(path), str(path)), as_label(path.stem, _UNNAMED), beside, chosen or {})
 
 
 def load_sweep(path: Path, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
@@ -201,23 +211,49 @@ def _loaded(
     chosen: Mapping[str, Data],
 ) -> Loaded:
     """Return the protocol of a document; `find` finds the materials that it names, and their text."""
-    data = substitute(document, chosen)
+    faults = Faults()
+    data, unknown = substitute(document, chosen, faults)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
-        raise first_error(document, error) from error
-    own: Mapping[str, Material] = {}
-    text = ""
-    if isinstance(model.materials, str):
-        with at(document, ()):
-            own, text = find(model.materials)
-    points = tuple(point for point in points_of(model, document) if not set(point.values) <= set(chosen))
-    protocol = to_domain(model, document, name, own)
+        faults.found += [one for one in form_errors(document, error) if one.spot not in unknown]
+        faults.found += further_errors(document, data, faults.found, name)
+        raise _all_of(faults) from error
+    nothing: tuple[Mapping[str, Material], str] = ({}, "")
+    none: tuple[Point, ...] = ()
+    own, text = faults.of(lambda: _brought(model, document, find), nothing)
+    points = faults.of(lambda: points_of(model, document), none)
+    whole = faults.of(lambda: to_domain(model, document, name, own), None)
+    if faults.found or whole is None:
+        raise _all_of(faults)
+    points = tuple(point for point in points if not set(point.values) <= set(chosen))
+    protocol, defaults = whole, defaults_of(model, whole)
     if not chosen:
-        return Loaded(protocol=protocol, document=document, materials=text, points=points)
+        return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
     said = ", ".join(f"{name} = {value}" for name, value in chosen.items())
     resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
-    return Loaded(protocol=protocol, document=document, resolved=resolved, points=points)
+    return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
+
+
+def _brought(
+    model: ProtocolModel, document: Document, find: Callable[[str], tuple[Mapping[str, Material], str]]
+) -> tuple[Mapping[str, Material], str]:
+    """Return the materials of the file that a protocol names, and their text."""
+    if not isinstance(model.materials, str):
+        return {}, ""
+    with at(document, ()):
+        return find(model.materials)
+
+
+def _all_of(faults: Faults) -> ProtocolError:
+    """Return the first of all that is wrong, with the rest as its `more`."""
+    every = [one for error in faults.found for one in (error, *error.more) if isinstance(one, ProtocolError)]
+    for one in every:
+        one.more = ()
+    if any(is_within(one.field, "materials") for one in every):
+        # A material with mistakes is none that the specimen could have.
+        every = [one for one in every if one.field not in BY_MATERIAL]
+    return in_order(every)
 
 
 def from_yaml(text: str, materials: str = "") -> Protocol:

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from ruamel.yaml import YAML
 
 from app.schemas import materials
 from app.schemas.convert_specimen import to_specimen, written
 from app.schemas.convert_steps import to_steps, written_step
+from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.models import SCHEMA, LogModel, ProtocolModel
+from app.schemas.specimen import VolumetricStitchModel
 from app.units import write
-from knitlab_core.materials import Material
-from rigs.protocol import LogSpec, Protocol
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
+from knitlab_core.materials import MATERIALS, Material
+from rigs.catalogue import CATALOGUE
+from rigs.protocol import LogSpec, Protocol, require_others
+from rigs.specimen import NAMED_KNITS, SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from app.schemas.document import Document
+    from app.schemas.specimen import SpecimenModel
+
+_ANY: Final = next(iter(MATERIALS.values()))
+"""A material, where one has mistakes."""
 
 
 def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[str, Material]) -> Protocol:
@@ -41,33 +50,54 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
     ProtocolError
         For a value out of its range.
     """
+    faults = Faults()
     if isinstance(model.materials, dict):
-        own = materials.to_domain(model.materials, document)
-    specimen = to_specimen(model.specimen, document, own)
-    log = _log(model.log, document)
-    steps = to_steps(model.steps, document, ("steps",))
+        brought = model.materials
+        own = faults.of(lambda: materials.to_domain(brought, document), dict.fromkeys(brought, _ANY))
+    specimen = faults.of(lambda: to_specimen(model.specimen, document, own), _stand_in(model.specimen))
+    log = faults.of(lambda: _log(model.log, document), LogSpec())
+    steps = to_steps(model.steps, document, ("steps",), faults)
+    rig = CATALOGUE[model.rig]
+    others = model.others or rig.others[0]
+
+    def whole() -> Protocol:
+        with at(document, ()):
+            return Protocol(
+                rig=model.rig,
+                mount=model.mount,
+                load_cell=model.load_cell,
+                hook=model.specimen.hook,
+                pole_friction=model.specimen.pole_friction,
+                specimen=specimen,
+                speed_ref=model.speed_ref,
+                others=others,
+                log=log,
+                steps=steps,
+                name=name if model.name is None else model.name,
+                max_strain_increment=model.max_strain_increment,
+            )
+
     with at(document, ()):
-        return Protocol(
-            rig=model.rig,
-            mount=model.mount,
-            load_cell=model.load_cell,
-            hook=model.specimen.hook,
-            pole_friction=model.specimen.pole_friction,
-            specimen=specimen,
-            speed_ref=model.speed_ref,
-            others=model.others,
-            log=log,
-            steps=steps,
-            name=name if model.name is None else model.name,
-            max_strain_increment=model.max_strain_increment,
-        )
+        if model.others is None and len(rig.others) > 1:
+            faults.of(lambda: require_others(model.rig, "nothing"), None)
+        protocol = faults.of(whole, None)
+        faults.raise_any()
+    return cast("Protocol", protocol)
 
 
-def to_yaml(protocol: Protocol) -> str:
-    """Return a protocol as the text of a file that reads back as the same protocol."""
+def _stand_in(model: SpecimenModel) -> SpecimenSpec:
+    """Return a specimen with the faces of one that has mistakes, to look for more of them with."""
+    named = NAMED_KNITS.get(model.knit) if isinstance(model.knit, str) else None
+    volumetric = isinstance(named, VolumetricStitch) or isinstance(model.knit, VolumetricStitchModel)
+    knit = next(iter(NAMED_VOLUMETRIC_STITCHES if volumetric else NAMED_STITCHES))
+    return SpecimenSpec(knit=knit, rows=1, loops=1, loop_width=1e-3, material=_ANY)
+
+
+def to_data(protocol: Protocol) -> dict[str, Any]:
+    """Return a protocol as the data of a file that says everything, defaults too."""
     spec = protocol.specimen
     own = {spec.material.name: materials.written(spec.material)} if isinstance(spec.material, Material) else {}
-    data = {
+    return {
         "schema": SCHEMA,
         "name": protocol.name,
         "rig": protocol.rig,
@@ -89,11 +119,15 @@ def to_yaml(protocol: Protocol) -> str:
         "max_strain_increment": protocol.max_strain_increment,
         "steps": [written_step(step) for step in protocol.steps],
     }
+
+
+def to_yaml(protocol: Protocol) -> str:
+    """Return a protocol as the text of a file that reads back as the same protocol."""
     text = io.StringIO()
     yaml = YAML(typ="safe", pure=True)
     yaml.default_flow_style = False
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # a flag that ships as None
-    yaml.dump(data, text)
+    yaml.dump(to_data(protocol), text)
     return text.getvalue()
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.specimen import FilamentModel, StitchModel
 from app.units import write
@@ -41,33 +42,47 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
     ProtocolError
         For a value out of its range.
     """
+    faults = Faults()
     knit = model.knit if isinstance(model.knit, str) else _stitch(model.knit, model.loop, document)
     rows, loops, *layers = model.loops
-    with at(document, ("specimen", "fused")):
-        fused = None if model.fused is None else _law(model.fused)
-    with at(document, ("specimen",)):
-        material = material_named(model.material, "material", {**MATERIALS, **own})
-        # An unknown name is refused by the specimen, with those that are known.
-        stitch = NAMED_KNITS.get(knit) if isinstance(knit, str) else knit
-        spec = SpecimenSpec(
+    fused = faults.of(lambda: _fused(model.fused, document), None)
+    # An unknown name is refused by the specimen, with those that are known.
+    stitch = NAMED_KNITS.get(knit) if isinstance(knit, str) else knit
+    known = {**MATERIALS, **own}
+    substance = faults.of(lambda: material_named(model.material, "material", known), None)
+
+    def whole() -> SpecimenSpec:
+        return SpecimenSpec(
             knit=knit,
             rows=rows,
             loops=loops,
             layers=layers[0] if layers else 1,
             loop_width=model.loop,
-            material=material if model.material in own else model.material,
+            # Another stands in for one that is not known, to look for more mistakes.
+            material=next(iter(known)) if substance is None else substance if model.material in own else model.material,
             friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
-            nodes_per_loop=_nodes_per_loop(model),
+            nodes_per_loop=nodes,
             rest_shape=model.rest_shape,
-            yarn=None if model.yarn is None or stitch is None else _yarn(model.yarn, stitch.fibre_radius, model.loop),
+            yarn=yarn,
             fused=fused,
-            viscoelastic=model.viscoelastic,
-            rupture=model.rupture,
+            viscoelastic=model.viscoelastic and substance is not None,
+            rupture="off" if substance is None else model.rupture,
         )
-        if bool(layers) != ("P" in spec.axes):
+
+    with at(document, ("specimen",)):
+        nodes = faults.of(lambda: _nodes_per_loop(model), MESHES["default"])
+        yarn = faults.of(lambda: _made_yarn(model, stitch), None)
+        spec = faults.of(whole, None)
+        if spec is not None and bool(layers) != ("P" in spec.axes):
             allowed = "[rows, loops in a row, layers]" if not layers else "[rows, loops in a row] of a planar knit"
-            raise SpecificationError("loops", model.loops, allowed)
-    return spec
+            faults.found.append(SpecificationError("loops", model.loops, allowed))
+        faults.raise_any()
+    return cast("SpecimenSpec", spec)
+
+
+def _made_yarn(model: SpecimenModel, stitch: Stitch | VolumetricStitch | Filament | None) -> Yarn | None:
+    """Return the yarn of fibres that a specimen asks for, if it does and its knit is known."""
+    return None if model.yarn is None or stitch is None else _yarn(model.yarn, stitch.fibre_radius, model.loop)
 
 
 def _nodes_per_loop(model: SpecimenModel) -> int:
@@ -145,6 +160,12 @@ def _yarn(model: YarnModel, single_radius: float, loop_width: float) -> Yarn:
         bonding=float(model.bonding),
         **{**values, **given},
     )
+
+
+def _fused(model: FusedModel | None, document: Document) -> BondLaw | None:
+    """Return the law of the fused points, if there are any."""
+    with at(document, ("specimen", "fused")):
+        return None if model is None else _law(model)
 
 
 def _law(model: FusedModel) -> BondLaw:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, cast
 
+from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.steps import (
     CycleLogModel,
@@ -24,28 +26,38 @@ from rigs.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRup
 from rigs.targets import ForceRate, StepLog, StrainRate, Target, Until
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from app.schemas.document import Document, Place
-    from app.schemas.steps import StepLogModel, TargetModel, UntilModel
+    from app.schemas.steps import HoldModel, StepLogModel, TargetModel, UntilModel
     from app.units import Dimension
     from rigs.targets import Control, Rate
 
 _MEASURES: Final[Mapping[Control, Dimension]] = {"strain": "strain", "displacement": "length", "force": "force"}
 
 
-def to_steps(models: Sequence[StepModel], document: Document, place: Place) -> tuple[Step, ...]:
+def to_steps(models: Sequence[StepModel], document: Document, place: Place, faults: Faults) -> tuple[Step, ...]:
     """Return the steps that stand at a place of a document, in order.
 
-    Raises
-    ------
-    ProtocolError
-        For a value out of its range.
+    Parameters
+    ----------
+    models : sequence of StepModel
+        The file's content.
+    document : Document
+        Its text, for the spots of errors.
+    place : tuple
+        Where the list stands.
+    faults : Faults
+        Takes what is out of its range; another step stands in for one with such a value.
     """
-    return tuple(_step(model, document, (*place, number)) for number, model in enumerate(models))
+    stand_in: Step = Zero()
+    return tuple(
+        faults.of(partial(_step, model, document, (*place, number), faults), stand_in)
+        for number, model in enumerate(models)
+    )
 
 
-def _step(model: StepModel, document: Document, place: Place) -> Step:
+def _step(model: StepModel, document: Document, place: Place, faults: Faults) -> Step:
     """Return one step."""
     name = next(iter(type(model).model_fields))
     inner = (*place, name)
@@ -54,40 +66,68 @@ def _step(model: StepModel, document: Document, place: Place) -> Step:
             case ZeroStep(zero=body):
                 return Zero(channels=tuple(body.channels))
             case RepeatStep(repeat=body):
-                return Repeat(n=body.n, steps=to_steps(body.steps, document, (*inner, "steps")))
+                return Repeat(n=body.n, steps=to_steps(body.steps, document, (*inner, "steps"), faults))
             case ImageStep(image=body):
                 return Image(every=body.every, tag=body.tag)
             case HoldStep(hold=held):
-                until = _until(held.until, document, inner)
-                axes = tuple(held.axes or ())
-                log = _log(held.log, document, inner)
-                return Hold(duration=held.duration, axes=axes, control=held.control, until=until, log=log, tag=held.tag)
+                return _hold(held, document, inner)
             case _:
                 return _drive(getattr(model, name), document, inner)
+
+
+def _hold(body: HoldModel, document: Document, place: Place) -> Hold:
+    """Return a step that stands still or keeps forces."""
+    faults, axes = Faults(), tuple(body.axes or ())
+    until = faults.of(lambda: _until(body.until, document, place), None)
+    log = faults.of(lambda: _log(body.log, document, place), None)
+
+    def make() -> Hold:
+        return Hold(duration=body.duration, axes=axes, control=body.control, until=until, log=log, tag=body.tag)
+
+    with at(document, place):
+        hold = faults.of(make, None)
+        faults.raise_any()
+    return cast("Hold", hold)
 
 
 def _drive(
     body: PreloadModel | RampModel | CycleModel | UntilRuptureModel, document: Document, place: Place
 ) -> Preload | Ramp | Cycle | UntilRupture:
     """Return a step that drives axes."""
+    faults = Faults()
     common: dict[str, Any] = {
         "axes": tuple(body.axes),
         "rate": body.rate,
         "control": body.control,
-        "until": _until(body.until, document, place),
-        "log": _log(body.log, document, place),
+        "until": faults.of(lambda: _until(body.until, document, place), None),
+        "log": faults.of(lambda: _log(body.log, document, place), None),
         "tag": body.tag,
     }
+    make: Callable[[], Preload | Ramp | Cycle | UntilRupture]
     match body:
         case PreloadModel():
-            return Preload(force=body.force, **common)
+            make = partial(Preload, force=body.force, **common)
         case RampModel():
-            return Ramp(to=_target(body.to, document, place), **common)
+            make = partial(Ramp, to=faults.of(partial(_target, body.to, document, place), _anywhere(body.to)), **common)
         case CycleModel():
-            return Cycle(lower=_level(body, "lower"), upper=_level(body, "upper"), n=body.n, **common)
-        case UntilRuptureModel():
-            to = None if body.to is None else _target(body.to, document, place)
-            return UntilRupture(drop=body.drop, to=to, **common)
+            lower, upper = (faults.of(partial(_level, body, name), None) for name in ("lower", "upper"))
+            # Ends that are fine stand in for those that are not.
+            ends = (0.0, 1.0) if lower is None or upper is None else (lower, upper)
+            make = partial(Cycle, lower=ends[0], upper=ends[1], n=body.n, **common)
+        case UntilRuptureModel(to=ceiling):
+            to = None
+            if ceiling is not None:
+                to = faults.of(partial(_target, ceiling, document, place), _anywhere(ceiling))
+            make = partial(UntilRupture, drop=body.drop, to=to, **common)
+    step = faults.of(make, None)
+    faults.raise_any()
+    return cast("Preload | Ramp | Cycle | UntilRupture", step)
+
+
+def _anywhere(model: TargetModel) -> Target:
+    """Return a target of the kind that is given, to stand in for one out of its range."""
+    kinds: tuple[Control, ...] = ("strain", "displacement", "force")
+    return Target(kind=next(kind for kind in kinds if getattr(model, kind) is not None), value=0.0)
 
 
 def _target(model: TargetModel, document: Document, place: Place) -> Target:

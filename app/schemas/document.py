@@ -38,6 +38,9 @@ MAX_BYTES: Final = 1_000_000
 MAX_DEPTH: Final = 24
 MAX_VALUES: Final = 20_000
 
+LABELS: Final = frozenset({"name", "tag", "material", "source", "note"})
+"""Keys whose values are texts even where they look like numbers: `name: 007` is the name 007."""
+
 _INTEGER: Final = re.compile(r"[-+]?\d{1,20}")
 _FLOAT: Final = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?")
 _NOTHING: Final = {"", "~", "null", "Null", "NULL"}
@@ -177,7 +180,9 @@ class _Reader:
             while not isinstance(item := next(self.events), SequenceEndEvent):
                 items.append(self.value(item, (*place, len(items))))
             return items
-        return scalar(event.value) if event.implicit[0] else str(event.value)
+        if not event.implicit[0] or (_is_label(place) and event.value not in _NOTHING):
+            return str(event.value)
+        return scalar(event.value)
 
     def mapping(self, place: Place) -> dict[str, Data]:
         """Return a mapping; its keys are text, each once."""
@@ -211,6 +216,11 @@ def scalar(text: str) -> Data:
     if _FLOAT.fullmatch(text):
         return float(text)
     return text
+
+
+def _is_label(place: Place) -> bool:
+    """Tell whether the value at a place is a text whatever it looks like; names of parameters are the user's own."""
+    return bool(place) and place[-1] in LABELS and place[0] not in {"params", "sweep"}
 
 
 def dotted(place: Place) -> str:

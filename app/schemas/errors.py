@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
-from knitlab_core.errors import SpecificationError
+from knitlab_core.errors import SpecificationError, raise_all
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
 _LONGEST: Final = 80
+_T = TypeVar("_T")
 
 
 class Mark(Protocol):
@@ -49,6 +51,8 @@ class ProtocolError(SpecificationError):
         What was found there, ready to print.
     expected : str
         What is allowed.
+    missing : bool
+        Whether a field of the file is wanting, so that the spot is that of what should hold it.
 
     Examples
     --------
@@ -56,10 +60,19 @@ class ProtocolError(SpecificationError):
     p.yaml:3:7: rig: found 'hook', allowed biaxial-hook
     """
 
-    def __init__(self, path: str, spot: Spot, field: str, found: str, expected: str) -> None:
+    def __init__(self, path: str, spot: Spot, field: str, found: str, expected: str, *, missing: bool = False) -> None:
         super().__init__(field, found, expected)
         self.path = path
         self.spot = spot
+        self.missing = missing
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Survive the way to another process."""
+        return (
+            type(self),
+            (self.path, self.spot, self.field, self.found, self.expected),
+            {"more": self.more, "missing": self.missing},
+        )
 
     def __str__(self) -> str:
         """Return one line: ``file:line:column: field: found X, allowed Y``."""
@@ -67,6 +80,39 @@ class ProtocolError(SpecificationError):
         line = f"{self.path}:{self.spot.line}:{self.spot.column}: {field}: found {self.found}, allowed {self.expected}"
         # A terminal obeys control characters, and a file may hold any.
         return " ".join("".join(char if char.isprintable() else " " for char in line).split())
+
+
+class Faults:
+    """Collect what is wrong with several parts of a protocol, so that all of it is said at once."""
+
+    def __init__(self) -> None:
+        self.found: list[SpecificationError] = []
+
+    def of(self, make: Callable[[], _T], otherwise: _T) -> _T:
+        """Return what is made, or note what is wrong with it and return a stand-in for it."""
+        try:
+            return make()
+        except SpecificationError as error:
+            self.found.append(error)
+            return otherwise
+
+    def raise_any(self) -> None:
+        """Raise what was found, if anything was."""
+        raise_all(self.found)
+
+
+def in_order(errors: Sequence[ProtocolError]) -> ProtocolError:
+    """Return the first of some errors with the others as its `more`: as they stand in the file, what is missing last.
+
+    Of several at one spot the first stays: what follows from a mistake is none of its own.
+    """
+    single = [one for error in errors for one in (error, *error.more) if isinstance(one, ProtocolError)]
+    by_spot: dict[object, ProtocolError] = {}
+    for one in single:
+        by_spot.setdefault((one.path, one.spot, one.field if one.found == "nothing" else ""), one)
+    first, *others = sorted(by_spot.values(), key=lambda one: (one.missing, one.path, one.spot.line, one.spot.column))
+    first.more = tuple(others)
+    return first
 
 
 def shown(value: object) -> str:
@@ -94,12 +140,21 @@ def shown(value: object) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a question after the known name a misspelt one may mean, or nothing.
+    """Return a question after the known name that one may mean, or nothing.
+
+    What begins as the name does goes before what has it for a word, and that before what is spelt much like it.
 
     Examples
     --------
-    >>> nearest("specimn", ["specimen", "steps"])
-    ' (did you mean specimen?)'
+    >>> nearest("specimn", ["specimen", "steps"]), nearest("biaxial", ["triaxial", "biaxial-hook"])
+    (' (did you mean specimen?)', ' (did you mean biaxial-hook?)')
     """
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f" (did you mean {close[0]}?)" if close else ""
+    plain, options = name.strip().casefold(), list(known)
+    folded = [option.casefold() for option in options]
+    starting = [option for option, text in zip(options, folded, strict=True) if plain and text.startswith(plain)]
+    worded = [option for option, text in zip(options, folded, strict=True) if plain in re.split(r"[\W_]+", text)]
+    # One or two letters begin many a name: they mean one only where no other begins so.
+    found = starting[:1] if len(plain) > 2 or len(starting) == 1 else []
+    close = difflib.get_close_matches(plain, folded, n=1, cutoff=0.6)
+    found += worded[:1] + [options[folded.index(text)] for text in close]
+    return f" (did you mean {found[0]}?)" if found else ""

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 from app.schemas import materials
 from app.schemas.base import BRANCH
 from app.schemas.document import dotted
-from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.errors import ProtocolError, in_order, nearest, shown
+from app.schemas.here import allowed_here, axis_meant
 from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
 from app.schemas.steps import STEPS, CycleLogModel, StepLogModel
 from knitlab_core.errors import SpecificationError
+from rigs.specimen import NAMED_KNITS
+from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -26,18 +29,15 @@ if TYPE_CHECKING:
 # Where the file's word for a thing is not the domain's.
 _FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for", "fuse_gap": "gap"}
 _PART: Final = re.compile(r"[^.\[\]]+")
+_WORD: Final = re.compile(r"'([^']*)'")
 
 
-def first_error(document: Document, error: ValidationError) -> ProtocolError:
-    """Return the error that stands first in the file; what is missing comes after what is wrong."""
-    all_details = error.errors(include_url=False)
-    # A misspelt field is also a missing one: its own place says more.
-    wrong = [details for details in all_details if details["type"] != "missing"]
-    errors = [
+def form_errors(document: Document, error: ValidationError) -> list[ProtocolError]:
+    """Return all that pydantic found in a protocol in our words."""
+    return [
         materials.translate(document, details) if _in_material(details) else _translate(document, details)
-        for details in wrong or all_details
+        for details in materials.own_mistakes(error)
     ]
-    return min(errors, key=lambda one: (one.spot.line, one.spot.column))
 
 
 def locate(document: Document, error: SpecificationError, place: Place = ()) -> ProtocolError:
@@ -52,6 +52,11 @@ def locate(document: Document, error: SpecificationError, place: Place = ()) -> 
     place : tuple
         Where the value that raised it is described.
     """
+    return in_order([_located(document, one, place) for one in (error, *error.more)])
+
+
+def _located(document: Document, error: SpecificationError, place: Place) -> ProtocolError:
+    """Return one error with its spot."""
     if isinstance(error, ProtocolError):
         return error
     names = tuple(int(part) if part.isdigit() else _FILE_NAMES.get(part, part) for part in _PART.findall(error.field))
@@ -63,7 +68,10 @@ def locate(document: Document, error: SpecificationError, place: Place = ()) -> 
     own = place or names[0] in ProtocolModel.model_fields
     field = found or ((*place, *names) if own else ("specimen", "knit"))
     wording = error.found if isinstance(error.found, str) else shown(error.found)
-    return ProtocolError(document.path, document.spot(field), dotted(field), wording, error.expected)
+    hint = ""
+    if names == ("knit",) and isinstance(error.found, str) and error.expected.startswith("one of "):
+        hint = nearest(error.found, allowed_here(document.data, field, NAMED_KNITS))
+    return ProtocolError(document.path, document.spot(field), dotted(field), wording, f"{error.expected}{hint}")
 
 
 @contextmanager
@@ -94,22 +102,31 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
         models = {**MODELS, "log": CycleLogModel if "cycle" in place else StepLogModel}
     path, field = document.path, dotted(place) or "protocol"
     if kind == "extra_forbidden":
-        known = list(_fields(place[:-1], models))
+        known = allowed_here(document.data, ("",), _fields(place[:-1], models))
         hint = _not_yet(place[-1]) or nearest(str(place[-1]), known)
         spot = document.spot(place, key=True)
         return ProtocolError(path, spot, field, "an unknown field", f"{', '.join(known)}{hint}")
     spot = document.spot(place)
     if kind == "missing":
-        return ProtocolError(path, spot, field, "nothing", _phrase(place, models))
+        return ProtocolError(path, spot, field, "nothing", _phrase(place, models), missing=True)
     if kind.startswith("union_tag"):
         return _unknown_step(document, place, found)
     if kind == "literal_error":
-        expected = details["ctx"]["expected"].replace("'", "")
-        hint = _not_yet(found) or nearest(str(found), expected.replace(" or ", ", ").split(", "))
-        return ProtocolError(path, spot, field, shown(found), f"{expected}{hint}")
+        return _unknown_word(document, place, found, details["ctx"]["expected"])
     if kind == "refused":
         return ProtocolError(path, spot, field, shown(found), details["ctx"]["expected"])
     return ProtocolError(path, spot, field, shown(found), _phrase(place, models))
+
+
+def _unknown_word(document: Document, place: Place, found: object, literal: str) -> ProtocolError:
+    """Return the error of a word that is none of a list; what another rig allows is not offered."""
+    words = _WORD.findall(literal)
+    here = allowed_here(document.data, place, words)
+    meant = axis_meant(str(found), here) if words == list(AXES) else None
+    hint = f" (did you mean {meant}?)" if meant else _not_yet(found) or nearest(str(found), here)
+    # Which rig it is may itself be the mistake: all are named.
+    listed = " or ".join(", ".join(words if place == ("rig",) else here or words).rsplit(", ", 1))
+    return ProtocolError(document.path, document.spot(place), dotted(place), shown(found), f"{listed}{hint}")
 
 
 def _unknown_step(document: Document, place: Place, found: object) -> ProtocolError:

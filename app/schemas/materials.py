@@ -6,6 +6,7 @@ Ranges are the business of `knitlab_core.materials`; here stand structure, units
 from __future__ import annotations
 
 import re
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -13,21 +14,22 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from app.schemas.base import BRANCH, Model
 from app.schemas.document import dotted
-from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.errors import Faults, ProtocolError, in_order, nearest, shown
 from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
 from app.units import allowed, write
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
+from rigs.bounds import LABEL, is_label
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from pydantic_core import ErrorDetails
 
     from app.schemas.document import Document, Place
     from app.units import Dimension
 
 SCHEMA: Final = "knitlab/materials@1"
-NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-
 _PART: Final = re.compile(r"[^.\[\]]+")
 _SOURCE = Field(description="where the number was found, or why it was chosen")
 _ASSUMED = Field(default=False, description="true for a choice, false for a figure of its source")
@@ -120,7 +122,7 @@ def to_materials(document: Document) -> dict[str, Material]:
     try:
         model = MaterialsModel.model_validate(document.data)
     except ValidationError as error:
-        raise _first_error(document, error) from error
+        raise in_order([translate(document, details) for details in own_mistakes(error)]) from error
     return to_domain(model.materials, document)
 
 
@@ -132,7 +134,10 @@ def to_domain(models: Mapping[str, MaterialModel], document: Document) -> dict[s
     ProtocolError
         For a number out of its range, or a name that cannot be given.
     """
-    return {name: _material(name, one, document) for name, one in models.items()}
+    faults = Faults()
+    made = {name: faults.of(partial(_material, name, one, document), None) for name, one in models.items()}
+    faults.raise_any()
+    return {name: one for name, one in made.items() if one is not None}
 
 
 def written(material: Material) -> dict[str, Any]:
@@ -181,8 +186,8 @@ def json_schema() -> dict[str, Any]:
 def _material(name: str, model: MaterialModel, document: Document) -> Material:
     """Return one material."""
     place: Place = ("materials", name)
-    if not NAME.fullmatch(name) or name in MATERIALS:
-        expected = "up to 64 letters, digits, dots, dashes and underscores, and no name of the catalogue"
+    if not is_label(name) or name in MATERIALS:
+        expected = f"{LABEL}, and no name of the catalogue"
         raise ProtocolError(document.path, document.spot(place, key=True), dotted(place), shown(name), expected)
     try:
         return Material(
@@ -227,13 +232,18 @@ def _placed(document: Document, material: Place, error: SpecificationError) -> P
     return ProtocolError(document.path, document.spot(place), dotted(place), shown(error.found), error.expected)
 
 
-def _first_error(document: Document, error: ValidationError) -> ProtocolError:
-    """Return the error that stands first in the file; what is missing comes after what is wrong."""
+def own_mistakes(error: ValidationError) -> list[ErrorDetails]:
+    """Return what pydantic found, without what follows from another mistake: a misspelt field is also a missing one."""
     every = error.errors(include_url=False)
-    # A misspelt field is also a missing one: its own place says more.
-    wrong = [details for details in every if details["type"] != "missing"]
-    errors = [translate(document, details) for details in wrong or every]
-    return min(errors, key=lambda one: (one.spot.line, one.spot.column))
+    unknown = [details["loc"] for details in every if details["type"] == "extra_forbidden"]
+
+    def misspelt(place: tuple[int | str, ...]) -> bool:
+        return any(
+            other[:-1] == place[:-1] and nearest(str(other[-1]), [str(place[-1]).removesuffix("_id")])
+            for other in unknown
+        )
+
+    return [details for details in every if details["type"] != "missing" or not misspelt(details["loc"])]
 
 
 def translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
@@ -246,8 +256,10 @@ def translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     if details["type"] == "extra_forbidden":
         expected = f"{', '.join(known)}{nearest(str(place[-1]), known)}"
         return ProtocolError(document.path, document.spot(place, key=True), field, "an unknown field", expected)
-    found = "nothing" if details["type"] == "missing" else shown(details["input"])
-    return ProtocolError(document.path, document.spot(place), field, found, _phrase(place, known))
+    missing = details["type"] == "missing"
+    found = "nothing" if missing else shown(details["input"])
+    spot = document.spot(place)
+    return ProtocolError(document.path, spot, field, found, _phrase(place, known), missing=missing)
 
 
 def _phrase(place: Place, known: Mapping[str, str]) -> str:

@@ -13,7 +13,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.steps import EVENTS, EVERY_CYCLE, STEP_MODELS, StepModel
-from app.schemas.values import Force, Frequency, Strain, Switch, Time
+from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
 from app.units import allowed
 from rigs.catalogue import Others, RigName
 from rigs.steps import Axis
@@ -46,14 +46,19 @@ class ProtocolModel(Model):
     """A knitlab protocol: one test on one specimen."""
 
     schema_id: Literal["knitlab/protocol@1"] = Field(alias="schema", description=SCHEMA)
-    name: str | None = Field(default=None, description="a short text")
+    name: Label | None = Field(
+        default=None, description="a text or a number that names the test; without it the name of its file"
+    )
     rig: RigName = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
     mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
-    speed_ref: Literal["pair", "grip"] = Field(description="pair or grip")
+    speed_ref: Literal["pair", "grip"] = Field(
+        default="pair", description="pair, the speed of the hook-to-hook length, or grip, that of one carriage"
+    )
     load_cell: Force | None = Field(default=None, description="a load cell of the frame: 500 N, 1 kN or 2 kN")
-    others: Others = Field(
-        description="hold, free or follow on biaxial-hook and triaxial, free on uniaxial-frame and sem-microgripper"
+    others: Others | None = Field(
+        default=None,
+        description="hold, free or follow on biaxial-hook and triaxial; elsewhere free, which need not be said",
     )
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     materials: Annotated[

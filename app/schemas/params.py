@@ -3,84 +3,119 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from app.schemas.document import dotted
-from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.errors import Faults, ProtocolError, Spot, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from app.schemas.document import Data, Document, Place
 
-_PARAM: Final = re.compile(r"\$\{\s*([A-Za-z_]\w*)\s*\}")
-_NAME: Final = re.compile(r"[A-Za-z_]\w*")
+_PARAM: Final = re.compile(r"\$\{\s*([^\W\d]\w*)\s*\}")
+_NAME: Final = re.compile(r"[^\W\d]\w*")
 
 
-def substitute(document: Document, chosen: Mapping[str, Data] | None = None) -> Data:
+def substitute(document: Document, chosen: Mapping[str, Data], faults: Faults) -> tuple[Data, set[Spot]]:
     """Return the data of a document with every `${param}` replaced, by values `chosen` for it where there are any.
+
+    Parameters
+    ----------
+    document : Document
+        The protocol's text.
+    chosen : Mapping
+        Values for some of its parameters, in the place of its own.
+    faults : Faults
+        Takes what is wrong: a parameter that is not defined, not used, not a plain value, or used inside a text.
+
+    Returns
+    -------
+    data : Data
+        What stands in the place of a parameter with mistakes is its text.
+    unknown : set of Spot
+        Where that is.
 
     Raises
     ------
     ProtocolError
-        For a parameter that is not defined, not used, not a plain value, or used inside a text.
+        For a value chosen for what is no parameter.
     """
-    if not isinstance(document.data, dict) or "params" not in document.data:
-        params: dict[str, Data] = {}
-    else:
-        params = dict(_checked(document, document.data["params"]))
-    for name in chosen or {}:
-        if name not in params:
-            known = ", ".join(params) or "none"
-            expected = f"NAME=VALUE with a name under params: {known}{nearest(name, params)}"
+    given = document.data.get("params", {}) if isinstance(document.data, dict) else {}
+    names = list(given) if isinstance(given, dict) else []
+    params = _checked(document, given, faults)
+    for name in chosen:
+        if name not in names:
+            known = ", ".join(names) or "none"
+            expected = f"NAME=VALUE with a name under params: {known}{nearest(name, names)}"
             raise ProtocolError(document.path, document.spot(("params",)), "--set", repr(name), expected)
-    params |= chosen or {}
-    used: set[str] = set()
-    data = _replaced(document, document.data, (), params, used)
+    work = _Replacing(document=document, params={**params, **chosen}, names=names, faults=faults)
+    data = work.whole(document.data, ())
     for name in params:
-        if name not in used:
-            place = ("params", name)
-            raise ProtocolError(
-                document.path, document.spot(place, key=True), dotted(place), "no use of it", f"a use as ${{{name}}}"
-            )
-    return data
+        # A use that is misspelt leaves its parameter without one.
+        if name not in work.used and not work.unknown:
+            faults.found.append(_refusal(document, ("params", name), "no use of it", f"a use as ${{{name}}}", key=True))
+    return data, work.unknown
 
 
-def _checked(document: Document, params: Data) -> dict[str, Data]:
-    """Return the parameters, each a name and a plain value."""
+def _checked(document: Document, params: Data, faults: Faults) -> dict[str, Data]:
+    """Return those of the parameters that are a name and a plain value."""
     if not isinstance(params, dict):
-        raise _refusal(document, ("params",), shown(params), "a mapping of names to values")
+        faults.found.append(_refusal(document, ("params",), shown(params), "a mapping of names to values"))
+        return {}
+    good: dict[str, Data] = {}
     for name, value in params.items():
         place = ("params", name)
         if not _NAME.fullmatch(name):
-            raise _refusal(document, place, repr(name), "a name of letters, digits and _")
-        if value is None or isinstance(value, dict | list) or (isinstance(value, str) and "${" in value):
-            raise _refusal(document, place, shown(value), "a number or a text without ${")
-    return params
+            faults.found.append(_refusal(document, place, repr(name), "a name of letters, digits and _"))
+        elif value is None or isinstance(value, dict | list) or (isinstance(value, str) and "${" in value):
+            faults.found.append(_refusal(document, place, shown(value), "a number or a text without ${"))
+        else:
+            good[name] = value
+    return good
 
 
-def _replaced(document: Document, data: Data, place: Place, params: dict[str, Data], used: set[str]) -> Data:
-    """Return data with parameters replaced, and note which were used."""
-    if isinstance(data, dict):
-        return {
-            name: value if (*place, name) == ("params",) else _replaced(document, value, (*place, name), params, used)
-            for name, value in data.items()
-        }
-    if isinstance(data, list):
-        return [_replaced(document, item, (*place, number), params, used) for number, item in enumerate(data)]
-    if not isinstance(data, str) or "${" not in data:
-        return data
-    match = _PARAM.fullmatch(data)
-    if match is None:
-        raise _refusal(document, place, shown(data), "a whole value such as ${name}, nothing around it")
-    name = match[1]
-    if name not in params:
-        known = ", ".join(params) or "none"
-        raise _refusal(document, place, shown(data), f"a name under params: {known}{nearest(name, params)}")
-    used.add(name)
-    return params[name]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Replacing:
+    """Put parameters into data, and note which were used, what is wrong, and where a text had to stay."""
+
+    document: Document
+    params: Mapping[str, Data]
+    names: Sequence[str]
+    faults: Faults
+    used: set[str] = field(default_factory=set)
+    unknown: set[Spot] = field(default_factory=set)
+
+    def whole(self, data: Data, place: Place) -> Data:
+        """Return data with parameters replaced."""
+        if isinstance(data, dict):
+            return {
+                name: value if (*place, name) == ("params",) else self.whole(value, (*place, name))
+                for name, value in data.items()
+            }
+        if isinstance(data, list):
+            return [self.whole(item, (*place, number)) for number, item in enumerate(data)]
+        return self.one(data, place) if isinstance(data, str) and "${" in data else data
+
+    def one(self, text: str, place: Place) -> Data:
+        """Return the value of the parameter that a text names."""
+        match = _PARAM.fullmatch(text)
+        if match is not None and match[1] in self.params:
+            self.used.add(match[1])
+            return self.params[match[1]]
+        self.unknown.add(self.document.spot(place))
+        if match is None:
+            expected = "a whole value such as ${name}, nothing around it"
+        elif match[1] in self.names:
+            # Its own value is refused already.
+            return text
+        else:
+            expected = f"a name under params: {', '.join(self.names) or 'none'}{nearest(match[1], self.names)}"
+        self.faults.found.append(_refusal(self.document, place, shown(text), expected))
+        return text
 
 
-def _refusal(document: Document, place: Place, found: str, expected: str) -> ProtocolError:
-    """Return an error at a value."""
-    return ProtocolError(document.path, document.spot(place), dotted(place), found, expected)
+def _refusal(document: Document, place: Place, found: str, expected: str, *, key: bool = False) -> ProtocolError:
+    """Return an error at a value, or at its key."""
+    return ProtocolError(document.path, document.spot(place, key=key), dotted(place), found, expected)

@@ -5,7 +5,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.values import Length, StitchValue, Strain, Stress, Switch
+from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
 from app.units import allowed
 from rigs.fixtures import Hook
 from rigs.specimen import MeshName, RestShape, Rupture
@@ -106,7 +106,7 @@ class SpecimenModel(Model):
         description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
     )
     loop: Length = Field(description=allowed("length"))
-    material: str = Field(description="the name of a material, such as RGD8530-DM")
+    material: Label = Field(description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
     hook: Hook = Field(default="pin", description="pin or wire")
     pole_friction: float | None = Field(

@@ -1,14 +1,32 @@
 """Describe the steps of a protocol in its YAML: a union told apart by the one key of each."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Annotated, Any, Final
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Frequency, Length, Level, Strain, Time, refuse
-from app.units import allowed
+from app.schemas.values import (
+    EVERY,
+    LEVEL,
+    RATE,
+    AnyRate,
+    Every,
+    Force,
+    Frequency,
+    Label,
+    Length,
+    Level,
+    Strain,
+    Time,
+    refuse,
+)
+from app.units import Dimension, allowed, parse
+from knitlab_core.errors import UnitError
 from rigs.steps import RUPTURE_DROP, Axis, Channel, Control
 
 _AXES: Final = "a list of axes, such as [C, W]"
@@ -19,7 +37,11 @@ _UNTIL: Final = "a mapping of what ends the step early, such as {force: 2 N}, {t
 EVENTS: Final = f"the rate near jumps of the specimen, {allowed('frequency')}"
 EVERY_CYCLE: Final = "a whole number n from 1: the first, the last and every n-th cycle of a step cycle is logged"
 _LOG: Final = "a mapping of how the step is logged, such as {rate: 1 Hz} or {rate: 1 Hz, events: 100 Hz}"
-_TAG: Final = Field(default=None, description="a short text")
+TARGET: Final = "a target, such as 40 %, 10 mm or 2 N, or {strain: 0.4}, {displacement: 10 mm} or {force: 2 N}"
+TARGETS: Final[Mapping[str, Dimension]] = MappingProxyType(
+    {"strain": "strain", "displacement": "length", "force": "force"}
+)
+_TAG: Final = Field(default=None, description="a text or a number that names the step in the log")
 
 
 class ZeroModel(Model):
@@ -58,12 +80,30 @@ class TargetModel(Model):
     displacement: Length | None = Field(default=None, description=allowed("length"))
     force: Force | None = Field(default=None, description=allowed("force"))
 
+    @model_validator(mode="before")
+    @classmethod
+    def by_its_unit(cls, value: Any) -> Any:  # noqa: ANN401 (whatever a file holds)
+        """Take a level alone as the target that its unit makes it: 10 %, 8 mm or 2 N."""
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            return value
+        for name, dimension in TARGETS.items():
+            with suppress(UnitError):
+                parse(value, dimension)
+                return {name: value}
+        raise refuse(TARGET)
+
     @model_validator(mode="after")
     def one_of_them(self) -> "TargetModel":
         """Refuse none and several."""
         if sum(one is not None for one in (self.strain, self.displacement, self.force)) != 1:
             raise refuse("one of strain, displacement and force, such as {strain: 0.4}")
         return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Say in the published schema that a level alone is a target too."""
+        mapping = handler.resolve_ref_schema(handler(schema))
+        return {"anyOf": [mapping, {"type": ["number", "string"], "description": TARGET}]}
 
 
 class PreloadModel(Model):
@@ -75,19 +115,19 @@ class PreloadModel(Model):
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
     log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class RampModel(Model):
     """Drive axes to a target."""
 
     axes: list[Axis] = Field(description=_AXES)
-    to: TargetModel = Field(description="a target, such as {strain: 0.4}, {displacement: 10 mm} or {force: 2 N}")
+    to: TargetModel = Field(description=TARGET)
     rate: AnyRate = Field(description=RATE)
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
     log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class HoldModel(Model):
@@ -98,7 +138,7 @@ class HoldModel(Model):
     control: Control | None = Field(default=None, description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
     log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class CycleModel(Model):
@@ -112,7 +152,7 @@ class CycleModel(Model):
     control: Control = Field(default="strain", description=_CONTROL)
     until: UntilModel | None = Field(default=None, description=_UNTIL)
     log: CycleLogModel | None = Field(default=None, description=_LOG)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class UntilRuptureModel(Model):
@@ -121,18 +161,18 @@ class UntilRuptureModel(Model):
     axes: list[Axis] = Field(description=_AXES)
     rate: AnyRate = Field(description=RATE)
     drop: Strain = Field(default=RUPTURE_DROP, description=_DROP)
-    to: TargetModel | None = Field(default=None, description="a ceiling, such as {strain: 1.2}")
+    to: TargetModel | None = Field(default=None, description="a ceiling, such as 120 %, or {strain: 1.2}")
     control: Control | None = Field(default=None, description="strain or displacement")
     until: UntilModel | None = Field(default=None, description=_UNTIL)
     log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class ImageModel(Model):
     """Take pictures."""
 
     every: Every | None = Field(default=None, description=EVERY)
-    tag: str | None = _TAG
+    tag: Label | None = _TAG
 
 
 class ZeroStep(Model):

@@ -6,13 +6,15 @@ import itertools
 import math
 import re
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from app.file_names import MOST_BYTES, file_stem
 from app.schemas.document import dotted
-from app.schemas.errors import ProtocolError, nearest, shown
+from app.schemas.errors import Faults, ProtocolError, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from app.schemas.document import Document, Place
     from app.schemas.models import ProtocolModel
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
 Scalar: TypeAlias = str | int | float | bool
 
 MOST_POINTS: Final = 10_000
-_UNSAFE: Final = re.compile(r"[^A-Za-z0-9.+-]+")
+#: A number with or without a unit, in whose name a sign that is not safe can become _ without a loss.
+_NUMBER: Final = re.compile(r"[+-]?\.?\d[\w.+-]*\s*[\w%°/*^ .-]*\Z")
+_UNSAFE: Final = re.compile(r"[^\w.+-]+")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,19 +46,10 @@ def points_of(model: ProtocolModel, document: Document) -> tuple[Point, ...]:
     sweep = model.sweep
     if not sweep:
         return ()
+    faults = Faults()
     for name, values in sweep.items():
-        place: Place = ("sweep", name)
-        if name not in model.params:
-            known = ", ".join(model.params) or "none"
-            expected = f"a name under params: {known}{nearest(name, model.params)}"
-            raise _refusal(document, place, repr(name), expected, key=True)
-        if not values:
-            raise _refusal(document, place, "an empty list", "one value or more")
-        for number, value in enumerate(values):
-            if isinstance(value, str) and "${" in value:
-                raise _refusal(document, (*place, number), shown(value), "a number or a text without ${")
-            if _word(value) in map(_word, values[:number]):
-                raise _refusal(document, (*place, number), shown(value), "each value once")
+        faults.of(partial(_check, name, values, list(model.params), document), None)
+    faults.raise_any()
     count = math.prod(len(values) for values in sweep.values())
     if count > MOST_POINTS:
         raise _refusal(document, ("sweep",), f"{count} points", f"{MOST_POINTS} points or fewer")
@@ -64,20 +59,45 @@ def points_of(model: ProtocolModel, document: Document) -> tuple[Point, ...]:
     )
 
 
+def _check(name: str, values: Sequence[Scalar], params: Sequence[str], document: Document) -> None:
+    """Raise unless a parameter may take each of some values, and each names a folder of its own."""
+    place: Place = ("sweep", name)
+    if name not in params:
+        expected = f"a name under params: {', '.join(params) or 'none'}{nearest(name, params)}"
+        raise _refusal(document, place, repr(name), expected, key=True)
+    if not values:
+        raise _refusal(document, place, "an empty list", "one value or more")
+    faults, words = Faults(), dict[str, str]()
+    for number, value in enumerate(values):
+        word, spot = _word(value), (*place, number)
+        # Windows and macOS take names that differ in capitals alone for one.
+        same = words.get(word.casefold())
+        words.setdefault(word.casefold(), word)
+        if isinstance(value, str) and "${" in value:
+            faults.found.append(_refusal(document, spot, shown(value), "a number or a text without ${"))
+        elif same is not None:
+            once = "each value once" if same == word else "values that differ by more than their capitals"
+            faults.found.append(_refusal(document, spot, shown(value), once))
+    faults.raise_any()
+
+
 def label_of(values: Mapping[str, Scalar]) -> str:
-    """Return what a point is called.
+    """Return what a point is called, and its folder: by its own values alone, whatever others the sweep has.
 
     Examples
     --------
-    >>> label_of({"pre": 0.1, "rate": "0.2 mm/s"})
-    'pre=0.1,rate=0.2_mm_s'
+    >>> label_of({"pre": 0.1, "rate": "0.2 mm/s"}), label_of({"knit": "mine (2)"})
+    ('pre=0.1,rate=0.2_mm_s', 'knit=mine_2-1589dcaa')
     """
-    return ",".join(f"{name}={_word(value)}" for name, value in values.items())
+    label = ",".join(f"{name}={_word(value)}" for name, value in values.items())
+    # The words are safe each for itself; many of them may be too long together.
+    return label if len(label.encode()) <= MOST_BYTES else file_stem(label)
 
 
 def _word(value: Scalar) -> str:
     """Return a value as it may stand in the name of a folder."""
-    return _UNSAFE.sub("_", str(value).lower() if isinstance(value, bool) else str(value))
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return _UNSAFE.sub("_", text) if _NUMBER.match(text) else file_stem(text)
 
 
 def _refusal(document: Document, place: Place, found: str, expected: str, *, key: bool = False) -> ProtocolError:

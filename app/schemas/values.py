@@ -8,6 +8,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from app.schemas.errors import shown
 from app.units import Dimension, allowed, parse
 from knitlab_core.errors import SpecificationError, UnitError
 from rigs.targets import ForceRate, Rate, StrainRate
@@ -94,6 +95,11 @@ def _switch(value: object) -> object:
     return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
 
 
+def _label(value: object) -> object:
+    """Return a number as the text that it is shown as: a parameter may stand for a name."""
+    return shown(value) if isinstance(value, int | float) else value
+
+
 def _text_schema(dimension: Dimension) -> WithJsonSchema:
     """Return how the published schema describes a quantity."""
     return WithJsonSchema({"type": "string", "description": allowed(dimension)})
@@ -121,4 +127,5 @@ Level = Annotated[
     WithJsonSchema({"type": ["number", "string"], "description": LEVEL}),
 ]
 StitchValue = Annotated[Measure, PlainValidator(_measure), WithJsonSchema({"type": ["number", "string"]})]
+Label = Annotated[str, BeforeValidator(_label), WithJsonSchema({"type": ["string", "number"]})]
 Switch = Annotated[bool, BeforeValidator(_switch), WithJsonSchema({"enum": ["on", "off", True, False]})]

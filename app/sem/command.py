@@ -33,7 +33,8 @@ def images(
 
     These are the frames that the protocol took images of; of a run without, those of its picture of the knit.
     """
-    from app.run_reader import read_run  # noqa: PLC0415 (heavy, as those below)
+    from app.file_names import file_stem  # noqa: PLC0415 (as those below)
+    from app.run_reader import read_run  # noqa: PLC0415 (heavy)
     from app.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415
     from app.tables import Bar  # noqa: PLC0415
 
@@ -44,7 +45,7 @@ def images(
         tilt=look.tilt if tilt is None else tilt,
         rotation=look.rotation if rotation is None else rotation,
     )
-    name = str(record.provenance.get("name", "knit"))
+    name = file_stem(str(record.provenance.get("name", "knit")))
     with Bar(hidden=quiet) as bar:
         written = write_images(record, record.path.parent / IMAGES if out is None else out, name, look, bar.show)
     for one in written:

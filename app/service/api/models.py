@@ -152,6 +152,7 @@ class PlanView(Answer):
     rows: int
     largest_strain: float | None
     warnings: list[str]
+    defaults: dict[str, str] = Field(description="what holds though the protocol does not say it, by its place")
 
 
 class ProgressView(Answer):

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from fastapi import FastAPI, Request
 
 MEDIA_TYPE: Final = "application/problem+json"
+MOST_MISTAKES: Final = 20
+"""Mistakes in a protocol that one answer names."""
+
 _PART: Final = re.compile(r"[^.\[\]]+")
 
 
@@ -111,13 +114,25 @@ def pointer_of(field: str) -> str:
 
 
 def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
-    """Return the problem of a protocol: pointer always, line and column where the user wrote the text (`lined`)."""
-    detail = _one_line(f"{error.field or 'protocol'}: found {error.found}, allowed {error.expected}")
-    place: dict[str, object] = {"detail": detail, "pointer": pointer_of(error.field)}
+    """Return the problem of a protocol: pointers always, lines and columns where the user wrote the text (`lined`)."""
+    every = [error, *error.more]
+    detail = _detail(error)
+    if lined and isinstance(error, ProtocolError):
+        detail = f"line {error.spot.line}, column {error.spot.column}: {detail}"
+    return ProblemError("invalid-protocol", detail, errors=[_place(one, lined=lined) for one in every[:MOST_MISTAKES]])
+
+
+def _detail(error: SpecificationError) -> str:
+    """Return what is wrong, without its place in a text."""
+    return _one_line(f"{error.field or 'protocol'}: found {error.found}, allowed {error.expected}")
+
+
+def _place(error: SpecificationError, *, lined: bool) -> dict[str, object]:
+    """Return what is wrong where."""
+    place: dict[str, object] = {"detail": _detail(error), "pointer": pointer_of(error.field)}
     if lined and isinstance(error, ProtocolError):
         place |= {"line": error.spot.line, "column": error.spot.column}
-        detail = f"line {error.spot.line}, column {error.spot.column}: {detail}"
-    return ProblemError("invalid-protocol", detail, errors=[place])
+    return place
 
 
 def problem_response(

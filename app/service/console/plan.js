@@ -6,13 +6,14 @@ const MOST_STROKES = 200;
 
 const lengths = (byAxis) => Object.entries(byAxis).map(([axis, length]) => `${AXES[axis]} ${si(length, "m")}`).join(", ");
 
-function facts({ specimen, duration_s, rows }) {
+function facts({ specimen, duration_s, rows, defaults }) {
   const pairs = {
     "Takes on the rig": span(duration_s),
     "Rows of the log": rows,
     Specimen: `${specimen.nodes} nodes, yarn ${si(specimen.yarn_length_m, "m")}, narrowest gap ${si(specimen.clearance_m, "m")}`,
     "Hook to hook": lengths(specimen.gauge_lengths_m),
     "Locking strain": specimen.locking_strain ? percent(specimen.locking_strain) : "not estimated",
+    "Taken by default": Object.entries(defaults).map(([place, text]) => `${place}: ${text}`).join(", ") || "nothing",
   };
   return h("dl", {}, Object.entries(pairs).map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
 }

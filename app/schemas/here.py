@@ -1,0 +1,108 @@
+"""Say which of the words that the protocol language knows are allowed in one protocol: on its rig, with its knit."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from rigs.catalogue import CATALOGUE
+from rigs.specimen import NAMED_KNITS, axes_of_knit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from app.schemas.document import Data, Place
+    from rigs.catalogue import Arrangement
+    from rigs.steps import Axis
+
+#: Other names of the axes.
+_AXES: Final[Mapping[str, Axis]] = MappingProxyType(
+    {"x": "C", "y": "W", "z": "P", "course": "C", "wale": "W", "pile": "P"}
+)
+
+
+def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
+    """Return those of the known words for a place that the protocol's rig and knit allow there.
+
+    Parameters
+    ----------
+    data : Data
+        The protocol as it stands in the file; what is wrong in it restricts nothing.
+    place : tuple
+        Where the word stands; for an unknown field the mapping that it stands in, and ``""``.
+    known : iterable of str
+        Every word that some protocol may have there.
+    """
+    words = list(known)
+    name = next((part for part in reversed(place) if isinstance(part, str)), "")
+    knit, rig = _knit_axes(data), _rig(data)
+    found = words
+    match name:
+        case "rig" if knit is not None:
+            found = [one for one, named in CATALOGUE.items() if one in words and _can_pull(named, knit)]
+        case "hook" if knit is not None and "P" in knit:
+            found = ["pin"]
+        case "control" if "until_rupture" in place:
+            found = [word for word in words if word != "force"]
+        case _ if rig is not None:
+            found = [word for word in words if _suits(rig, name, word, _value(data, "mount"), knit)]
+        case _:
+            pass
+    return found
+
+
+def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[Axis] | None) -> bool:
+    """Tell whether a rig allows a word for what a name stands for."""
+    match name:
+        case "knit":
+            return word not in NAMED_KNITS or _can_pull(rig, axes_of_knit(NAMED_KNITS[word]))
+        case "axes":
+            return word == mount if rig.mounts_one and mount in rig.axes else word in rig.axes
+        case "mount":
+            return word in rig.axes and (knit is None or word in knit)
+        case "others":
+            return word in rig.others
+        case _:
+            return bool(name) or word not in _idle(rig)
+
+
+def axis_meant(word: str, allowed: Sequence[str]) -> str | None:
+    """Return the axis that goes by another name; None if none does, or it is not allowed.
+
+    Examples
+    --------
+    >>> axis_meant("X", ["C", "W"]), axis_meant("pile", ["C", "W"])
+    ('C', None)
+    """
+    axis = _AXES.get(word.casefold())
+    return axis if axis in allowed else None
+
+
+def _idle(rig: Arrangement) -> set[str]:
+    """Return the fields that mean nothing on a rig."""
+    one_clock = len({drive.machine for drive in rig.drives.values()}) == 1
+    return {*(() if rig.mounts_one else ("mount",)), *(("clock_offset", "clock_skew") if one_clock else ())}
+
+
+def _can_pull(rig: Arrangement, knit: Sequence[Axis]) -> bool:
+    """Tell whether a rig can pull a knit with faces across some axes."""
+    return any(axis in knit for axis in rig.axes) if rig.mounts_one else set(rig.axes) <= set(knit)
+
+
+def _value(data: Data, *place: str) -> Data:
+    """Return what stands at a place of the file; None if nothing does."""
+    for name in place:
+        data = data.get(name) if isinstance(data, dict) else None
+    return data
+
+
+def _rig(data: Data) -> Arrangement | None:
+    """Return the rig of a protocol; None if it is none of the catalogue."""
+    named = _value(data, "rig")
+    return next((rig for name, rig in CATALOGUE.items() if name == named), None)
+
+
+def _knit_axes(data: Data) -> tuple[Axis, ...] | None:
+    """Return the axes across which the knit has faces; None if it is none of those that have a name."""
+    named = _value(data, "specimen", "knit")
+    return axes_of_knit(NAMED_KNITS[named]) if isinstance(named, str) and named in NAMED_KNITS else None
