@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
+import re
+import unicodedata
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +16,9 @@ from app.figures import figures_of
 from app.report import NAMES, WAYS, curves_of, finish, stress_label
 from app.run_folder import write_whole
 from app.run_reader import RunReader
-from app.schemas import load_sweep
+from app.schemas import load_sweep, loads, to_data
+from app.schemas.document import dotted
+from app.schemas.errors import shown
 from app.usecases import has_ended, resume_run, run_protocol
 from knitlab_core.errors import SpecificationError
 
@@ -24,13 +28,17 @@ if TYPE_CHECKING:
 
     from app.figures import Figure
     from app.schemas import Loaded
-    from app.schemas.sweep import Point
+    from app.schemas.document import Place
+    from app.schemas.sweep import Point, Scalar
     from rigs.record import End
 
 MOST_JOBS: Final = 64
 
 MOST_LABELS: Final = 12
 """Points that the legend of the plot names."""
+
+
+_QUANTITY: Final = re.compile(r"[+-]?\.?\d[\d.]*(?:[eE][+-]?\d+)?\s*[A-Za-zµμ%°]*(?:\s*/\s*[A-Za-zµμ]+)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,18 +128,44 @@ def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, 
 def is_done(folder: Path, loaded: Loaded) -> bool:
     """Tell whether a folder holds the whole run of a point.
 
+    What the point's protocol says decides, not its text or the name of its file: a sweep can be given more values.
+
     Raises
     ------
     SpecificationError
-        If it holds another test.
+        If it holds another test; it says in what the two differ.
     """
     record = folder / RECORD
     if not record.exists():
         return False
     run = RunReader(record)
-    if run.protocol != loaded.text:
-        raise SpecificationError(str(folder), "the run of another protocol", "this sweep's own, or an empty folder")
+    there = loads(run.protocol, str(record), name=str(run.provenance.get("name")), materials=run.materials).protocol
+    here = loaded.protocol
+    if not _names_itself(loaded):
+        here = replace(here, name=there.name)
+    if there != here:
+        place, said, had = next(_differences(to_data(here), to_data(there)), ("protocol", "this sweep's", "another"))
+        expected = f"one with {place}: {said} as in this sweep, not {had}; or an empty folder"
+        raise SpecificationError(str(folder), "the run of another protocol", expected)
     return has_ended(folder) is not None
+
+
+def _names_itself(loaded: Loaded) -> bool:
+    """Tell whether a protocol has a name of its own, and not that of its file."""
+    return isinstance(loaded.document.data, dict) and loaded.document.data.get("name") is not None
+
+
+def _differences(one: object, other: object, place: Place = ()) -> Iterator[tuple[str, str, str]]:
+    """Yield where the data of two protocols differ, and what each says there."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for name in dict.fromkeys([*one, *other]):
+            yield from _differences(one.get(name), other.get(name), (*place, str(name)))
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for number, (left, right) in enumerate(zip(one, other, strict=True)):
+            yield from _differences(left, right, (*place, number))
+    elif one != other:
+        said, had = (f"{len(side)} of them" if isinstance(side, list) else shown(side) for side in (one, other))
+        yield dotted(place), said, had
 
 
 def _run_all(
@@ -178,8 +212,16 @@ def _table(points: Sequence[PointResult]) -> str:
     for one in points:
         found = {f"{name} [{unit}]": value for name, value, unit in one.figures}
         figures = [found.get(name, "") for name in names]
-        writer.writerow([one.point.label, *one.point.values.values(), one.outcome, one.message, *figures])
+        given = [safe_cell(value) for value in one.point.values.values()]
+        writer.writerow([one.point.label, *given, one.outcome, safe_cell(one.message), *figures])
     return text.getvalue()
+
+
+def safe_cell(value: Scalar) -> Scalar:
+    """Return a value as a cell that no spreadsheet takes for a formula; a quantity below 0 is none."""
+    if not isinstance(value, str) or _QUANTITY.fullmatch(value):
+        return value
+    return f"'{value}" if unicodedata.normalize("NFKC", value).lstrip().startswith(("=", "+", "-", "@")) else value
 
 
 def _plot(points: Sequence[PointResult], path: Path) -> Path:

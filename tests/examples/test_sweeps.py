@@ -122,6 +122,59 @@ def test_a_sweep_skips_what_is_done_and_refuses_what_is_another(course: tuple[Pa
         run_sweep(other, before.table.parent, silent)
 
 
+SINGLE = """\
+schema: knitlab/protocol@1
+name: s
+rig: biaxial-hook
+specimen: {knit: stockinette-default, loops: [1, 1], loop: 8 mm, material: RGD8530-DM, nodes_per_loop: 16}
+others: hold
+log: {rate: 10 Hz, noise: off}
+params: {peak: 4 %}
+sweep: {peak: [0.5 %, 1.5 %]}
+steps:
+  - ramp: {axes: [C, W], to: "${peak}", rate: 0.2 mm/s}
+"""
+
+
+def contents(folder: Path) -> dict[str, tuple[bytes, int]]:
+    """Return what the files of all points hold, and when they were written."""
+    files = [path for path in folder.glob("*/*") if path.is_file()]
+    return {path.relative_to(folder).as_posix(): (path.read_bytes(), path.stat().st_mtime_ns) for path in files}
+
+
+def test_a_sweep_that_is_given_more_values_keeps_its_points(tmp_path: Path) -> None:
+    first, more, other = (tmp_path / f"{name}.yaml" for name in ("first", "one more value", "other"))
+    first.write_text(SINGLE, encoding="utf-8")
+    run_sweep(first, tmp_path / "out", silent)
+    before = contents(tmp_path / "out")
+    # In the middle, in a file of another name, with what had been a default said, and laid out otherwise.
+    said = SINGLE.replace("[0.5 %, 1.5 %]", "[0.5 %, 1 %, 1.5 %]").replace("name: s\n", "name: s # as before\n")
+    more.write_text(said.replace("others: hold", "others: hold\nspeed_ref: pair"), encoding="utf-8")
+    result = run_sweep(more, tmp_path / "out", silent)
+    assert [(one.folder.name, one.skipped) for one in result.points] == [
+        ("peak=0.5_", True),
+        ("peak=1_", False),
+        ("peak=1.5_", True),
+    ]
+    after = contents(tmp_path / "out")
+    assert {name: after[name] for name in before} == before
+    with result.table.open(newline="") as file:
+        assert [row["peak"] for row in csv.DictReader(file)] == ["0.5 %", "1 %", "1.5 %"]
+    # Anything but more values is another sweep, and one line says what differs.
+    for old, new, says in (
+        ("0.2 mm/s", "0.3 mm/s", "steps[0].ramp.rate: '0.3 mm/s' as in this sweep, not '0.2 mm/s'"),
+        ("name: s", "name: t", "name: 't' as in this sweep, not 's'"),
+        ("steps:", "steps:\n  - zero: {channels: [force]}", "steps: 2 of them as in this sweep, not 1 of them"),
+        ("nodes_per_loop: 16", "nodes_per_loop: 18", "specimen.nodes_per_loop: 18 as in this sweep, not 16"),
+    ):
+        other.write_text(SINGLE.replace(old, new), encoding="utf-8")
+        with pytest.raises(SpecificationError) as raised:
+            run_sweep(other, tmp_path / "out", silent)
+        assert says in str(raised.value)
+        assert "\n" not in str(raised.value)
+    assert contents(tmp_path / "out") == after
+
+
 @pytest.mark.slow
 def test_a_sweep_goes_on_with_what_was_cut_off(tmp_path: Path, course: tuple[Path, SweepResult]) -> None:
     path = small("fig3d_course", tmp_path)
