@@ -70,7 +70,12 @@ def mistakes_of(text: str) -> list[ProtocolError]:
         (GRIPPER, "volumetric-default", "default", "(did you mean volumetric-default?)"),
         (STAGE, "RGD8530-DM", "RGD8350-DM", "(did you mean RGD8530-DM?)"),
         # Neither field is one of a rig of one clock that drives all its axes.
-        (STAGE, "noise: off", "clock_ofset: 1 s", "log.clock_ofset: found an unknown field, allowed rate, noise, seed"),
+        (
+            STAGE,
+            "noise: off",
+            "clock_ofset: 1 s",
+            "log.clock_ofset: found an unknown field, allowed rate, events, every_cycle, noise, seed",
+        ),
         (
             STAGE,
             "others: hold",
