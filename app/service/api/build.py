@@ -15,6 +15,7 @@ from app.service.api.heads import AnswerHead
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.pages import Console, documentation
+from app.service.api.faults import add_fault_handlers
 from app.service.api.problems import add_problem_handlers
 from app.service.api.routes import events, files, frames, health, jobs, laboratory, sweeps
 from app.version import version_of
@@ -47,6 +48,7 @@ def create_app(context: Context) -> FastAPI:
     app.add_middleware(CountRequests, metrics=app.state.metrics)
     app.add_middleware(AnswerHead)
     add_problem_handlers(app)
+    add_fault_handlers(app)
     app.include_router(health.router)
     for part in (laboratory, jobs, sweeps, events, files, frames):
         app.include_router(part.router, dependencies=[Depends(admit)])
