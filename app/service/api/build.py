@@ -10,12 +10,12 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.responses import HTMLResponse
 
 from app.service.api.documents import protocol_schemas
+from app.service.api.faults import add_fault_handlers
 from app.service.api.guard import admit
 from app.service.api.heads import AnswerHead
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.pages import Console, documentation
-from app.service.api.faults import add_fault_handlers
 from app.service.api.problems import add_problem_handlers
 from app.service.api.routes import events, files, frames, health, jobs, laboratory, sweeps
 from app.version import version_of
