@@ -66,8 +66,9 @@ def main() -> None:
         complain(f"{error.filename}: {error.strerror}")
         sys.exit(UNWRITABLE)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        complain(f"{where}{error.strerror.lower() if error.strerror else error}")
+        # Files are named by who writes them; what is not is what the program prints.
+        name = error.filename or ("output" if is_unwritable(error) else "")
+        complain(f"{name}{': ' if name else ''}{error.strerror.lower() if error.strerror else error}")
         sys.exit(UNWRITABLE if is_unwritable(error) else USAGE)
 
 

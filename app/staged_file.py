@@ -39,7 +39,7 @@ class StagedFile:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("r+b", buffering=0)
-        self._stored = self._size = self._file.seek(0, io.SEEK_END)
+        self._stored = self._size = self._file.seek(0, io.SEEK_END)  # bytes on the disk that hold; bytes in all
         self._position = 0
         self._staged: list[tuple[int, bytes]] = []
         self._bytes = 0
@@ -84,6 +84,7 @@ class StagedFile:
     def truncate(self, size: int | None = None) -> int:
         """Set the length, in memory."""
         self._size = self._position if size is None else size
+        self._stored = min(self._stored, self._size)
         kept = [(offset, piece[: self._size - offset]) for offset, piece in self._staged if offset < self._size]
         self._staged = kept
         return self._size
@@ -100,19 +101,17 @@ class StagedFile:
             If that fails. A file that could not grow is as it was after the last commit.
         """
         before = self._stored
-        if self._size > before:
-            try:
-                for begin in range(before, self._size, _PIECE):
-                    self._put(begin, self._at(begin, min(_PIECE, self._size - begin)))
-            except OSError:
-                self._file.truncate(before)
-                raise
+        try:
+            for begin in range(before, self._size, _PIECE):
+                self._put(begin, self._at(begin, min(_PIECE, self._size - begin)))
+        except OSError:
+            self._file.truncate(before)
+            raise
         self._stored = self._size
         for offset, piece in self._staged:
             if offset < before:
                 self._put(offset, piece[: before - offset])
-        if self._size < before:
-            self._file.truncate(self._size)
+        self._file.truncate(self._size)
         self._staged.clear()
         self._bytes, self._full = 0, False
 

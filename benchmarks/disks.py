@@ -47,7 +47,7 @@ steps:
   - cycle: {axes: [C, W], lower: 0, upper: 0.06, rate: 0.2 mm/s, n: 1, tag: equibiaxial}
 """
 MIBIBYTE: Final = 2**20
-PATIENCE: Final = 240
+PATIENCE: Final = 1200
 """Longest time of a trial [s]."""
 
 
