@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from app.run_folder import write_whole
 from app.run_layout import sample_size
 from app.run_reader import read_run
-from app.sampling import samples_up_to_the_end
+from app.sampling import logs_up_to_the_end
 from knitlab_core.errors import SpecificationError
 from rigs.bounds import require_label
 from rigs.logs.catalogue import LOGS, defaults
@@ -61,7 +61,7 @@ def export_run(
         As `export_log`.
     """
     run = read_run(place)
-    run.samples = samples_up_to_the_end(run)
+    run.logs = logs_up_to_the_end(run)
     folder = run.path.parent if out is None else out
     names = defaults(run.logs) if dialect is None else [dialect]
     if not names:

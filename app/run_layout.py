@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Samples are written at the end of a run, many at a time, and much in them is the same again.
-PACKED: Mapping[str, object] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True})
+PACKED: Mapping[str, object] = MappingProxyType(
+    {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
+)
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"

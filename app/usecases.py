@@ -17,7 +17,7 @@ from app.run_reader import RunReader
 from app.schemas import load, loads
 from app.storage import kept_in
 from knitlab_core.errors import FormatError, SpecificationError
-from knitlab_core.jit import cache_is_cold
+from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,6 +35,9 @@ RUNS: Final = Path("runs")
 FIRST_RUN: Final = (
     "compiling the solver for this machine: takes about a minute, once; the result is kept for later runs\n"
 )
+
+EVERY_RUN: Final = "compiling the solver for this machine: takes about a minute\n"
+"""What is said where nothing can be kept."""
 
 
 def run_protocol(
@@ -177,7 +180,7 @@ def _folder(run: Path) -> Path:
 def _announce() -> None:
     """Say that the first run takes longer."""
     if cache_is_cold():
-        sys.stderr.write(FIRST_RUN)
+        sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)
 
 
 def _exactly(folder: Path) -> Path:

@@ -42,7 +42,7 @@ def say_once(kind: str, message: str) -> None:
 
 def not_kept(folder: Path | None, error: Exception) -> None:
     """Say why compiled kernels are not kept in a folder; None where there is none to name."""
-    reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
+    reason = (error.strerror if isinstance(error, OSError) else None) or str(error).rstrip(".")
     where = "" if folder is None else f"{folder}: "
     say_once("unkept", f"{where}{reason.lower()}; kernels are compiled without keeping (KNITLAB_CACHE names a folder)")
 
