@@ -22,7 +22,7 @@ from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.folder import JobFolder
 from app.service.settings import settings
-from app.service.store import Store
+from app.service.store import Store, StoreAwayError
 from knitlab_core.errors import FormatError
 from tests.service.serving import served
 from tests.service.test_rest import YAML, problem
@@ -195,3 +195,10 @@ def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkey
             child._work_in(JobFolder(tmp_path))
         assert left.value.code == child.TROUBLE
         assert JobFolder(tmp_path).result() is None
+
+
+def test_a_store_that_cannot_be_opened_is_one_line(tmp_path: Path) -> None:
+    where = settings(tmp_path, {})
+    (tmp_path / "knitlab.sqlite").mkdir()
+    with pytest.raises(StoreAwayError, match="the database cannot be used: unable to open database file"):
+        Store(where)
