@@ -22,6 +22,7 @@ from app.run_reader import RunReader
 from app.runs import RunWriter
 from app.schemas import loads
 from app.schemas.defaults import shown_defaults
+from app.seal import seal, sealed_size
 from knitlab_core.errors import SpecificationError
 from rigs.checkpoint import put_back
 from rigs.experiment import perform
@@ -196,6 +197,8 @@ def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Pro
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
+        if sealed_size(record.path) is None:  # the disk was full
+            seal(record.path)
         protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
         _publish(folder, saved.origin.name, progress, pictures=pictures)

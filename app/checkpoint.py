@@ -11,11 +11,13 @@ from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-import h5py
 import numpy as np
 
+from app.h5_read import reading
 from app.h5_tree import fetch, store
 from app.run_folder import whole_file
+from app.seal import seal
+from app.staged_file import new_hdf5
 from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
 from knitlab_core.errors import FormatError
@@ -139,13 +141,15 @@ def save(path: Path, saved: Saved) -> None:
         "zeroings": zeroings,
         "seconds": saved.seconds,
     }
-    with whole_file(path) as temporary, h5py.File(temporary, "w", libver="earliest", locking=False) as file:
-        file.attrs["layout"] = LAYOUT
-        file["plain"] = json.dumps(plain)
-        store(file.create_group("state"), saved.checkpoint.state)
-        store(file.create_group("carried"), saved.checkpoint.carried)
-        file["mounted"] = saved.checkpoint.mounted
-        file["severed"] = np.array(saved.checkpoint.severed, dtype=np.int64)
+    with whole_file(path) as temporary:
+        with new_hdf5(temporary) as file:
+            file.attrs["layout"] = LAYOUT
+            file["plain"] = json.dumps(plain)
+            store(file.create_group("state"), saved.checkpoint.state)
+            store(file.create_group("carried"), saved.checkpoint.carried)
+            file["mounted"] = saved.checkpoint.mounted
+            file["severed"] = np.array(saved.checkpoint.severed, dtype=np.int64)
+        seal(temporary)
 
 
 def read_checkpoint(path: Path) -> Saved:
@@ -156,29 +160,23 @@ def read_checkpoint(path: Path) -> Saved:
     FormatError
         If the file is no checkpoint, or one of another layout.
     """
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            if file.attrs["layout"] != LAYOUT:
-                raise FormatError(path, 1, f"a checkpoint in layout {LAYOUT}, as of this version")
-            plain = json.loads(file["plain"].asstr()[()])
-            checkpoint = Checkpoint(
+    with reading(path, "the checkpoint of a run") as file:
+        if file.attrs["layout"] != LAYOUT:
+            raise FormatError(path, 1, f"a checkpoint in layout {LAYOUT}, as of this version")
+        plain = json.loads(file["plain"].asstr()[()])
+        return Saved(
+            origin=Origin(**plain["origin"]),
+            checkpoint=Checkpoint(
                 cursor=_cursor(plain["cursor"]),
                 state=fetch(file["state"], State),
                 carried=fetch(file["carried"], Carried),
                 mounted=file["mounted"][()],
                 severed=tuple(int(edge) for edge in file["severed"][()]),
-            )
-    except FileNotFoundError:
-        raise
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise FormatError(path, 1, f"the checkpoint of a run ({error})") from error
-    return Saved(
-        origin=Origin(**plain["origin"]),
-        checkpoint=checkpoint,
-        lengths=plain["lengths"],
-        zeroings=tuple(Zeroing(time=one["time"], kinds=frozenset(one["kinds"])) for one in plain["zeroings"]),
-        seconds=plain["seconds"],
-    )
+            ),
+            lengths=plain["lengths"],
+            zeroings=tuple(Zeroing(time=one["time"], kinds=frozenset(one["kinds"])) for one in plain["zeroings"]),
+            seconds=plain["seconds"],
+        )
 
 
 def _cursor(plain: dict[str, Any]) -> Cursor:

@@ -5,6 +5,7 @@ Heavy modules are imported inside the commands, so that `knitlab --help` answers
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,10 +15,11 @@ import typer
 from app.cli_export import EXPORT_HELP, export
 from app.cli_service import remote
 from app.commands import analyse, plot, sweep
-from app.exit_codes import NOT_PRINTABLE, USAGE, error_exit_code
+from app.exit_codes import NOT_PRINTABLE, UNWRITABLE, USAGE, error_exit_code
 from app.run_commands import resume, run
 from app.sem.command import EXAMPLE, SHORT, images
 from app.service.cli import service
+from app.storage import RunStoppedError, is_unwritable
 from app.terminal import AsJson, Chosen, ProtocolPath, complain, complain_of, values_of, warn
 from knitlab_core.errors import KnitlabError
 
@@ -44,7 +46,7 @@ knitlab = typer.Typer(
     Results go to stdout, progress to stderr.
 
     Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
-    5 service unreachable, 6 not printable, 130 interrupted.""",
+    5 service unreachable, 6 not printable, 7 a file cannot be written (disk full), 130 interrupted.""",
 )
 knitlab.add_typer(service)
 knitlab.add_typer(remote)
@@ -53,14 +55,33 @@ knitlab.add_typer(remote)
 def main() -> None:
     """Run the command line; every foreseen error is one line on stderr and an exit code."""
     try:
-        knitlab(standalone_mode=True)
+        try:
+            knitlab(standalone_mode=True)
+        finally:
+            _flush()
     except KnitlabError as error:
         complain_of(error)
         sys.exit(error_exit_code(error))
+    except RunStoppedError as error:
+        complain(f"{error.filename}: {error.strerror}")
+        sys.exit(UNWRITABLE)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        complain(f"{where}{(error.strerror or str(error)).lower()}")
-        sys.exit(USAGE)
+        # Files are named by who writes them; what is not is what the program prints.
+        name = error.filename or ("output" if is_unwritable(error) else "")
+        complain(f"{name}{': ' if name else ''}{error.strerror.lower() if error.strerror else error}")
+        sys.exit(UNWRITABLE if is_unwritable(error) else USAGE)
+
+
+def _flush() -> None:
+    """Bring what was printed to where it goes: else a full disk shows when the program has ended, as a traceback."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # What is left is dropped, or it would be tried once more.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.close(nowhere)
+        raise
 
 
 def _version(asked: bool) -> None:  # noqa: FBT001 (typer calls it with the option's value)

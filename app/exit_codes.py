@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from app.usecases import RunResult
     from knitlab_core.errors import KnitlabError
 
-USAGE, SOLVER_FAILED, NO_DATA, UNREACHABLE, NOT_PRINTABLE, INTERRUPTED = 2, 3, 4, 5, 6, 130
+USAGE, SOLVER_FAILED, NO_DATA, UNREACHABLE, NOT_PRINTABLE, UNWRITABLE, INTERRUPTED = 2, 3, 4, 5, 6, 7, 130
 
 _BY_OUTCOME: Final = {"diverged": SOLVER_FAILED, "abort": INTERRUPTED}
 _CUT_SHORT: Final = frozenset({"limit", "rupture", "timeout"})

@@ -9,6 +9,7 @@ from app.file_names import file_stem
 from app.run_folder import write_whole
 from app.run_layout import sample_size
 from app.run_reader import read_run
+from app.sampling import logs_up_to_the_end
 from knitlab_core.errors import SpecificationError
 from rigs.bounds import require_label
 from rigs.logs.catalogue import LOGS, defaults
@@ -61,6 +62,7 @@ def export_run(
         As `export_log`.
     """
     run = read_run(place)
+    run.logs = logs_up_to_the_end(run)
     folder = run.path.parent if out is None else out
     names = defaults(run.logs) if dialect is None else [dialect]
     if not names:

@@ -87,13 +87,17 @@ def energy_balance_error(trace: Trace) -> float:
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run that is over, or was cut off; its wall time is not known."""
     protocol = loads(run.protocol, str(run.path), materials=run.materials).protocol
+    return run_figures(run.trace, run.size, zeroings_of(run, protocol), float("nan"), protocol=protocol)
+
+
+def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
+    """Return the zeroings of a run so far, as the steps of its record say them."""
     begun = {step.number: step.time for step in run.steps}
-    zeroings = [
+    return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
         for leaf in leaves(protocol.steps)
         if isinstance(leaf.step, Zero) and leaf.number in begun
     ]
-    return run_figures(run.trace, run.size, zeroings, float("nan"), protocol=protocol)
 
 
 def _mechanics(

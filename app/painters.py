@@ -95,16 +95,16 @@ def vtk_images(
     for k, one in enumerate(tubes):
         scene |= {f"points_{k}": one.points, f"values_{k}": one.values, f"radius_{k}": one.radius}
         scene[f"sizes_{k}"] = one.sizes
-    with tempfile.TemporaryDirectory() as folder:
-        given, painted = Path(folder) / "scene.npz", Path(folder) / "images.npz"
-        np.savez(given, **scene)  # type: ignore[arg-type]
-        command = [sys.executable, "-P", "-m", "app.vtk_painter", str(given), str(painted)]
-        try:
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            given, painted = Path(folder) / "scene.npz", Path(folder) / "images.npz"
+            np.savez(given, **scene)  # type: ignore[arg-type]
+            command = [sys.executable, "-P", "-m", "app.vtk_painter", str(given), str(painted)]
             subprocess.run(command, env=variables, capture_output=True, timeout=PATIENCE, check=True)  # noqa: S603
-        except (subprocess.SubprocessError, OSError) as error:
-            return f"VTK did not paint ({type(error).__name__})"
-        with np.load(painted) as images:
-            return [images[f"arr_{k}"] for k in range(len(tubes))]
+            with np.load(painted) as images:
+                return [images[f"arr_{k}"] for k in range(len(tubes))]
+    except (subprocess.SubprocessError, OSError) as error:  # the folder of temporary files may be full
+        return f"VTK did not paint ({type(error).__name__})"
 
 
 def paint_lines(axes: Axes, one: Tube, window: Window, colours: ScalarMappable) -> None:

@@ -55,7 +55,24 @@ def whole_file(path: Path) -> Iterator[Path]:
     ------
     Path
         Temporary name in the same folder, with the same suffix.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; it names the file by its real name.
     """
+    try:
+        with _temporary_file(path) as temporary:
+            yield temporary
+    except OSError as error:
+        if error.filename is None or Path(os.fsdecode(error.filename)).name.startswith(_UNFINISHED):
+            error.filename = str(path)
+        raise
+
+
+@contextmanager
+def _temporary_file(path: Path) -> Iterator[Path]:
+    """Lend a file of another name in a folder, and give it the real one when the block ends well."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{_UNFINISHED}{path.stem}-", suffix=path.suffix)
     os.close(handle)
     temporary = Path(name)

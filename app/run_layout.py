@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
+from app.h5_read import reading
+from app.row_checksum import CHECKSUM
 from app.run_folder import whole_file
+from app.staged_file import new_hdf5
 from app.vtkhdf import make_frames
 from rigs.bounds import LONGEST_LABEL
 from rigs.record import ENDS, PHASES, units
@@ -24,7 +27,9 @@ if TYPE_CHECKING:
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096
 #: Samples are written at the end of a run, many at a time, and much in them is the same again.
-PACKED: Mapping[str, object] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
+PACKED: Mapping[str, object] = MappingProxyType(
+    {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
+)
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"
@@ -91,7 +96,7 @@ def make_record(
         **{f"extent_{axis}": extent for axis, extent in size.extents.items()},
         "thickness_convention": size.convention,
     }
-    with whole_file(path) as made, h5py.File(made, "w", libver="earliest", locking=False) as file:
+    with whole_file(path) as made, new_hdf5(made) as file:
         file.create_dataset("protocol", data=protocol, dtype=h5py.string_dtype("utf-8"))
         file.create_dataset("materials", data=materials, dtype=h5py.string_dtype("utf-8"))
         file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
@@ -127,7 +132,7 @@ def lengths(file: h5py.File) -> dict[str, int]:
 
 def reaches(path: Path, wanted: Mapping[str, int]) -> bool:
     """Tell whether a record has at least the wanted lengths."""
-    with h5py.File(path, "r", locking=False) as file:
+    with reading(path, "the record of a run") as file:
         found = lengths(file)
     return all(found.get(name, 0) >= length for name, length in wanted.items())
 
@@ -161,6 +166,8 @@ def _make_equilibria(file: h5py.File, axes: Sequence[Axis]) -> None:
     for name, unit in units(axes).items():
         _column(table, name, "i8" if name in _WHOLE else "f8", unit)
     _phase_and_tag(table)
+    _column(table, CHECKSUM, "u4")
+    table[CHECKSUM].attrs["meaning"] = "CRC-32 of the row; see app/row_checksum.py"
 
 
 def _make_steps(file: h5py.File) -> None:

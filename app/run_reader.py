@@ -7,9 +7,10 @@ import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, cast
 
-import h5py
 import numpy as np
 
+from app.h5_read import reading
+from app.row_checksum import CHECKSUM, good_rows
 from app.run_layout import LAYOUT, PLATES, RUNNING
 from app.stored_log import read_logs
 from app.vtkhdf import read_frames
@@ -21,13 +22,18 @@ from rigs.step_record import StepRecord
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
+    import h5py
+
     from rigs.record import FloatArray, Frame, IntArray
-    from rigs.samples import Samples
+    from rigs.samples import Samples, Table
 
 MOST_SHOWN: Final = 100_000
 """Samples of a log that a plot shows."""
+
+WHAT: Final = "the record of a run"
 
 
 class RunReader:
@@ -58,46 +64,44 @@ class RunReader:
         The labels that steps, samples and images bear.
     trace : Trace
         The equilibria.
-    logs : dict of str to StoredLog
+    logs : mapping of str to Table
         What the instruments logged, by their names, to be read part by part; empty if the run was cut off before.
     samples : dict of str to Samples
         The same for show: of a log of more than `MOST_SHOWN` samples those that its curve needs.
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort`` for one that did not.
+    going_on : bool
+        Whether the run is going on, or was killed: nothing says how it ended.
     outcome : Outcome
         How the run ended; ``abort`` if nothing says so.
 
     Raises
     ------
     FormatError
-        If the file is not a run, or of another layout.
+        If the file is not a run, is damaged, or of another layout.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            with h5py.File(path, "r", locking=False) as file:
-                if "protocol" in file and file.attrs.get("layout") != LAYOUT:
-                    raise FormatError(path, 1, f"the record of a run in layout {LAYOUT}")
-                self.tags = [text.decode() for text in file["tags"][()]]
-                self.protocol = cast("str", file["protocol"].asstr()[()])
-                self.materials = cast("str", file["materials"].asstr()[()])
-                self.strands = tuple(int(size) for size in file["strands"][()])
-                self.plates = _read_plates(file)
-                self.provenance = dict(file.attrs)
-                self.size = SpecimenSize(
-                    extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
-                    fibre_radius=float(file.attrs["fibre_radius"]),
-                    convention=file.attrs["thickness_convention"],
-                )
-                self.trace = self._read_trace(file["equilibria"])
-                self.steps = self._read_steps(file["steps"])
-                self.logs = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
-                self.outcome = _read_outcome(file["outcome"], len(self.trace))
-        except FileNotFoundError:
-            raise
-        except (OSError, KeyError) as error:
-            raise FormatError(path, 1, f"the record of a run ({error})") from error
+        with reading(path, WHAT) as file:
+            if "protocol" in file and file.attrs.get("layout") != LAYOUT:
+                raise FormatError(path, 1, f"{WHAT} in layout {LAYOUT}")
+            self.tags = [text.decode() for text in file["tags"][()]]
+            self.protocol = cast("str", file["protocol"].asstr()[()])
+            self.materials = cast("str", file["materials"].asstr()[()])
+            self.strands = tuple(int(size) for size in file["strands"][()])
+            self.plates = _read_plates(file)
+            self.provenance = dict(file.attrs)
+            self.size = SpecimenSize(
+                extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
+                fibre_radius=float(file.attrs["fibre_radius"]),
+                convention=file.attrs["thickness_convention"],
+            )
+            self.going_on = file["outcome"].attrs["end"].decode() == RUNNING
+            self.trace = self._read_trace(file["equilibria"])
+            self.steps = self._read_steps(file["steps"])
+            self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
+            self.outcome = _read_outcome(file["outcome"], len(self.trace))
 
     @cached_property
     def samples(self) -> dict[str, Samples]:
@@ -106,13 +110,19 @@ class RunReader:
 
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""
-        with h5py.File(self.path, "r", locking=False) as file:
+        with reading(self.path, WHAT) as file:
             return read_frames(file, self.tags)
 
     def _read_trace(self, table: h5py.Group) -> Trace:
         raw = {name: column[()] for name, column in table.items()}
-        count = _rows(raw)
-        numbers = set(raw) - {"phase", "tag"}
+        good = good_rows(raw, self._tag_texts(raw["tag"][: _rows(raw)]))
+        count = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
+        # A run that was cut off may have lost its last rows; any other row that does not match was damaged.
+        if not good[:count].all() or (count < len(good) and not self.going_on):
+            raise FormatError(
+                self.path, 1, f"{WHAT}, undamaged: row {int(np.argmin(good))} does not match its checksum"
+            )
+        numbers = set(raw) - {"phase", "tag", CHECKSUM}
         return Trace(
             columns={name: raw[name][:count].astype(np.float64) for name in numbers},
             phase=tuple(PHASES[index] for index in raw["phase"][:count]),

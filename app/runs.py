@@ -1,8 +1,8 @@
 """Write ``run.h5``, the truth of a test.
 
-Every dataset is made when the file is, rows are only appended, and each is flushed: raw data first,
-then the lengths. So a run killed between two rows, or nearly anywhere in one, leaves a file that any HDF5
-program opens (docs/decisions/0011).
+Every dataset is made when the file is, rows are only appended, and each is brought to the file before the next. So a
+run that is killed, or finds its disk full, leaves a file that any HDF5 program opens (docs/decisions/0011, 0025). One
+that ends is sealed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, Self
 import h5py
 import numpy as np
 
+from app.row_checksum import CHECKSUM, checked, row_checksum
 from app.run_layout import END, MESSAGE, RUNNING, TAG_BYTES, cut, lengths
+from app.seal import seal, sealed_size
+from app.staged_file import StagedFile
 from app.vtkhdf import NO_IMAGE, append_frame
 from rigs.record import ENDS, PHASES
 
@@ -50,13 +53,17 @@ class RunWriter:
 
     def __init__(self, path: Path, wanted: Mapping[str, int] | None = None) -> None:
         self._path = path
-        # No lock: the file may be looked into while the run goes on.
-        self._file = h5py.File(path, "r+", libver="earliest", locking=False)
+        self._staged = StagedFile(path)
+        size = sealed_size(path)
+        if size is not None:
+            self._staged.truncate(size)
+        self._file = h5py.File(self._staged, "r+", libver="earliest")
         if wanted is not None:
             cut(self._file, wanted)
             self._say(RUNNING, "")
         self._tags = [text.decode() for text in self._file["tags"][()]]
         self._columns = {name: column.id for name, column in self._file["equilibria"].items()}
+        self._checked = checked(self._columns)
         self._rows = len(self._file["equilibria/time"])
 
     @property
@@ -70,9 +77,13 @@ class RunWriter:
 
     def sync(self) -> None:
         """Bring what was written to the disk: when this returns, not even a power cut takes it away."""
+        self._commit()
+        os.fsync(self._staged.fileno())
+
+    def _commit(self) -> None:
+        """Bring what was written to the file; one that finds no room is left as it was after the last commit."""
         self._file.flush()
-        with self._path.open("rb") as written:
-            os.fsync(written.fileno())
+        self._staged.commit()
 
     def _tag(self, tag: str | None) -> int:
         if tag is None:
@@ -85,6 +96,8 @@ class RunWriter:
     def append(self, row: Equilibrium) -> None:
         """Add an accepted equilibrium; when this returns, a killed run still has it."""
         values = row.numbers() | {"phase": PHASES.index(row.phase), "tag": self._tag(row.tag)}
+        numbers = np.array([values[name] for name in self._checked], dtype=np.float64)
+        values[CHECKSUM] = row_checksum(numbers, None if row.tag is None else _clipped(row.tag, 64).decode())
         # The plain way costs 12 ms a row, a good part of a time step; this one 1 ms.
         count = self._rows + 1
         place = h5py.h5s.create_simple((count,))
@@ -93,11 +106,12 @@ class RunWriter:
             column.set_extent((count,))
             column.write(_ONE, place, np.array([values[name]], dtype=column.dtype))
         self._rows = count
-        self._file.flush()
+        self._commit()
 
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""
         append_frame(self._file, frame, self._tag(frame.image))
+        self._commit()
 
     def add_step(self, step: StepRecord) -> None:
         """Write down a step that begins, or how it ended."""
@@ -113,7 +127,7 @@ class RunWriter:
             column = self._file["steps"][name]
             column.resize(max(len(column), step.number + 1), axis=0)
             column[step.number] = value
-        self._file.flush()
+        self._commit()
 
     def write_samples(self, samples: Samples) -> None:
         """Add a part of what an instrument logged; in the order of time, at the end of a test."""
@@ -133,7 +147,7 @@ class RunWriter:
         fresh = [name for name in samples.overloads if name not in told]
         if fresh:
             _append(table["overloads"], fresh, len(fresh))
-        self._file.flush()
+        self._commit()
 
     def finish(self, outcome: Outcome) -> None:
         """Say how the run ended."""
@@ -143,11 +157,19 @@ class RunWriter:
         attributes = self._file["outcome"].attrs
         attributes.modify("end", np.array(end.encode(), dtype=END))
         attributes.modify("message", np.array(_clipped(message, 1024), dtype=MESSAGE))
-        self._file.flush()
+        self._commit()
 
     def close(self) -> None:
-        """Close the file."""
+        """Bring the rest to the file, close it and seal it."""
         self._file.close()
+        with self._staged:
+            self._staged.commit()
+        seal(self._path)
+
+    def _let_go(self) -> None:
+        """Close the file as it was after the last commit."""
+        self._file.close()
+        self._staged.close()
 
     def __enter__(self) -> Self:
         return self
@@ -158,7 +180,10 @@ class RunWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        if error is None:
+            self.close()
+        else:
+            self._let_go()
 
 
 def _clipped(text: str, size: int) -> bytes:

@@ -6,14 +6,16 @@ from bisect import bisect_left
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
+from app.h5_read import reading
 from rigs.record import PHASES
 from rigs.samples import Samples
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import h5py
 
     from rigs.record import FloatArray
 
@@ -46,7 +48,7 @@ class StoredLog:
     def part(self, first: int, last: int) -> Samples:
         """Return the samples from the first on and before the last."""
         rows = slice(first, last)
-        with h5py.File(self.path, "r", locking=False) as file:
+        with reading(self.path, "the record of a run", sealed=False) as file:
             table = file["channels"][self.about.instrument]
             phases, tags = table["phase"][rows].tolist(), table["tag"][rows].tolist()
             return replace(
@@ -62,7 +64,7 @@ class StoredLog:
 
     def find(self, stamp: float) -> int:
         """Return the number of the first sample that is not stamped before a stamp [s]."""
-        with h5py.File(self.path, "r", locking=False) as file:
+        with reading(self.path, "the record of a run", sealed=False) as file:
             times = file["channels"][self.about.instrument]["Time"]
             return bisect_left(range(self.count), stamp, key=lambda number: float(times[number]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -53,7 +54,8 @@ def values_of(chosen: list[str] | None) -> dict[str, Data]:
 
 def complain(message: str) -> None:
     """Print one line to stderr."""
-    sys.stderr.write(" ".join(message.split()) + "\n")
+    with suppress(OSError):  # stderr may go to a full disk too
+        sys.stderr.write(" ".join(message.split()) + "\n")
 
 
 def complain_of(error: KnitlabError) -> None:

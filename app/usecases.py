@@ -16,8 +16,9 @@ from app.run_layout import reaches
 from app.run_lock import locked
 from app.run_reader import RunReader
 from app.schemas import load, loads
+from app.storage import kept_in
 from knitlab_core.errors import FormatError, SpecificationError
-from knitlab_core.jit import cache_is_cold
+from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,6 +36,9 @@ RUNS: Final = Path("runs")
 FIRST_RUN: Final = (
     "compiling the solver for this machine: takes about a minute, once; the result is kept for later runs\n"
 )
+
+EVERY_RUN: Final = "compiling the solver for this machine: takes about a minute\n"
+"""What is said where nothing can be kept."""
 
 
 def run_protocol(
@@ -105,8 +109,9 @@ def run_loaded(
     began = perf_counter()
     _announce()
     rig, state = put_up(loaded)
-    folder = _exactly(out) if exact else make_run_folder(out)
-    with locked(folder):
+    with kept_in(out):
+        folder = _exactly(out) if exact else make_run_folder(out)
+    with kept_in(folder), locked(folder):
         return from_start(make_task(loaded, folder, began, progress, watch, pictures=pictures), rig, state)
 
 
@@ -141,7 +146,7 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
     """
     began = perf_counter()
     folder = _folder(run)
-    with locked(folder):
+    with kept_in(folder), locked(folder):
         remove_unfinished(folder)
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
@@ -150,6 +155,8 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
         loaded = _as_begun(folder / RECORD, record, saved)
         task = make_task(loaded, folder, began, progress, watch, pictures=pictures)
         _announce()
+        if record is None:
+            _set_aside(folder / RECORD)
         if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
             sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
             return from_start(task, *put_up(loaded))
@@ -174,7 +181,7 @@ def _folder(run: Path) -> Path:
 def _announce() -> None:
     """Say that the first run takes longer."""
     if cache_is_cold():
-        sys.stderr.write(FIRST_RUN)
+        sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)
 
 
 def _exactly(folder: Path) -> Path:
@@ -197,6 +204,12 @@ def _readable(path: Path, saved: Saved | None) -> RunReader | None:
         if saved is None:
             raise
         return None
+
+
+def _set_aside(path: Path) -> None:
+    """Rename a record that cannot be read, so that a run from the beginning does not take its place."""
+    with suppress(FileNotFoundError):
+        path.replace(path.with_name(f"damaged-{path.name}"))
 
 
 def _as_begun(path: Path, record: RunReader | None, saved: Saved | None) -> Loaded:

@@ -98,7 +98,10 @@ def _grow(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: str, unit
     """Make an empty dataset that grows by rows of a shape with every step."""
     rows, *tail = shape
     chunk = rows if rows > 1 else CHUNK
-    made = group.create_dataset(name, shape=(0, *tail), maxshape=(None, *tail), chunks=(chunk, *tail), dtype=dtype)
+    # Where a step fills a chunk it is written once, and may carry HDF5's own checksum.
+    made = group.create_dataset(
+        name, shape=(0, *tail), maxshape=(None, *tail), chunks=(chunk, *tail), dtype=dtype, fletcher32=rows > 1
+    )
     made.attrs["rows"] = rows
     if unit is not None:
         made.attrs["units"] = unit

@@ -24,6 +24,8 @@ import numba
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
+from knitlab_core.kernel_cache import KernelCache, not_kept
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -41,6 +43,7 @@ _SOURCE_ROOT: Final = Path(__file__).resolve().parent
 _KERNEL_FILE: Final = re.compile(
     rb"^(?:from knitlab_core\.jit import|from knitlab_core import .*\bjit\b|import knitlab_core\.jit)", re.MULTILINE
 )
+_COMPILER_FILES: Final = frozenset({"jit.py", "kernel_cache.py"})
 _FOLDER: Final = re.compile(r"kernels-[0-9a-f]{16}")
 _defined: list[str] = []
 _settings: Final[Any] = numba.config
@@ -77,7 +80,7 @@ def user_cache_directory(environment: Mapping[str, str], system: str) -> Path:
 
 
 def kernel_files(root: Path) -> list[Path]:
-    """Return the files under a package that define kernels, sorted; `jit.py` itself included.
+    """Return the files under a package that define kernels or compile and keep them, sorted.
 
     Parameters
     ----------
@@ -85,7 +88,8 @@ def kernel_files(root: Path) -> list[Path]:
         Folder of the ``knitlab_core`` package.
     """
     files = sorted(root.rglob("*.py"))
-    return [file for file in files if file == root / "jit.py" or _KERNEL_FILE.search(file.read_bytes())]
+    own = {root / name for name in _COMPILER_FILES}
+    return [file for file in files if file in own or _KERNEL_FILE.search(file.read_bytes())]
 
 
 def source_hash(root: Path) -> str:
@@ -127,24 +131,39 @@ def remove_unused(cache: Path, now: float) -> None:
 
 
 def _prepare() -> Path | None:
-    """Create and mark as used the folder of these sources; None where nothing can be written."""
-    cache = user_cache_directory(os.environ, sys.platform)
-    folder = cache / f"kernels-{source_hash(_SOURCE_ROOT)}"
+    """Create and mark as used the folder of these sources; None where nothing can be written, which is said."""
+    folder = None
     try:
+        cache = user_cache_directory(os.environ, sys.platform)
+        folder = cache / f"kernels-{source_hash(_SOURCE_ROOT)}"
         folder.mkdir(parents=True, exist_ok=True)
-        os.utime(folder)
         remove_unused(cache, time.time())
+        os.utime(folder)
+    except (OSError, RuntimeError) as error:  # a user without a home folder raises the second
+        if not _readable(folder):
+            not_kept(folder, error)
+            return None
+    return folder
+
+
+def _readable(folder: Path | None) -> bool:
+    """Tell whether a folder that is not written to holds kernels to load all the same."""
+    try:
+        return folder is not None and any(folder.iterdir())
     except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
+        return False
 
 
 CACHE_FOLDER: Final = _prepare()
-"""Where compiled kernels are kept; None compiles them anew in every process."""
+"""Where compiled kernels are kept; None compiles them in every process."""
 
 
 class _Kernel(CPUDispatcher):
     """A compiled function that is compiled once for whole numbers, be they variables or constants of its callers."""
+
+    def enable_caching(self) -> None:
+        """Keep what is compiled where a damaged file or a full disk does no harm."""
+        self._cache = KernelCache(self.py_func)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:  # noqa: ANN401 (numba's own types)
         """Return how a kernel calls this one; by itself numba would compile again for each constant argument."""

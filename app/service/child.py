@@ -5,7 +5,6 @@ Kept light: the process imports this first, and the solver only once it holds th
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import shutil
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, Final
 from app.service.folder import JobFolder, LockedError, Result
 from app.service.jobs import Progress
 from app.service.row_file import RowFile, restore
+from app.storage import fault_of
 from knitlab_core.errors import FormatError, KnitlabError
 from knitlab_core.threads import use_threads
 
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
 TROUBLE, STOPPED, LOCKED = 74, 75, 76
 """Exit codes: this host cannot keep files; asked to stop, work kept; another process holds the folder."""
-
-_OF_THE_HOST: Final = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.ESTALE)
 
 _SECONDS_BETWEEN_REPORTS: Final = 0.2
 
@@ -74,8 +72,8 @@ def _work_in(files: JobFolder) -> None:
     except StopAskedError:
         _log("stopped; what is done is kept")
         sys.exit(STOPPED)
-    except OSError as error:
-        if not _is_of_the_host(error):
+    except (OSError, RuntimeError) as error:
+        if fault_of(error) is None:
             raise
         _log(f"cannot go on here: {error}")
         sys.exit(TROUBLE)
@@ -97,7 +95,7 @@ def _attempt(files: JobFolder) -> None:
     except MemoryError:
         _end(files, Result(end="memory", message="the system has no memory left", failed=True))
     except BaseException as error:
-        if isinstance(error, OSError) and _is_of_the_host(error):
+        if fault_of(error) is not None:
             raise
         # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
         (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
@@ -106,11 +104,6 @@ def _attempt(files: JobFolder) -> None:
     else:
         failed = ended.outcome == "diverged"
         _end(files, Result(end=ended.outcome, message=ended.message, failed=failed))
-
-
-def _is_of_the_host(error: OSError) -> bool:
-    """Tell whether it is no fault of the job: a full disk, a file server that is away. HDF5 says it in words alone."""
-    return any(error.errno == number or os.strerror(number) in str(error) for number in _OF_THE_HOST)
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import sqlalchemy as sa
 
+from app.service.claims import AWAY, first_line
 from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
 from app.service.folder import JobFolder, read_as
 from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
 from app.service.tables import CANCELLED, hold, jobs, keys, make_tables, open_engine
+from knitlab_core.errors import KnitlabError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -28,6 +30,10 @@ _LARGEST_PAGE: Final = 1000
 _DONE: Final = Progress(share=1.0, text="done")
 
 
+class StoreAwayError(KnitlabError):
+    """Report that a database cannot be opened: it does not answer, or its disk is full or closed."""
+
+
 class Store:
     """Keep the jobs of a database and a data folder; the `JobStore` of the service.
 
@@ -35,14 +41,23 @@ class Store:
     ----------
     settings : Settings
         Where both are.
+
+    Raises
+    ------
+    StoreAwayError
+        If the database cannot be used.
     """
 
     def __init__(self, settings: Settings) -> None:
         logging.getLogger("dbos").setLevel(logging.ERROR)
         self.settings = settings
         self.engine = open_engine(settings)
-        self.client = open_client(self.engine, settings.database)
-        make_tables(self.engine)
+        try:
+            self.client = open_client(self.engine, settings.database)
+            make_tables(self.engine)
+        except AWAY as error:
+            where = settings.data if settings.embedded else "KNITLAB_DB"
+            raise StoreAwayError(f"{where}: the database cannot be used: {first_line(error)}") from error
 
     def submit(self, spec: JobSpec, *, key: str | None = None) -> Job:
         """Accept a job durably; the same key and body return the job accepted before."""

@@ -26,11 +26,12 @@ RUN = (
 
 
 def package(root: Path) -> Path:
-    """Copy the compiler's file into a package with one caller and one callee."""
+    """Copy the compiler's files into a package with one caller and one callee."""
     core = root / "knitlab_core"
     core.mkdir()
     (core / "__init__.py").touch()
-    (core / "jit.py").write_bytes((ROOT / "knitlab_core" / "jit.py").read_bytes())
+    for name in ("jit.py", "kernel_cache.py"):
+        (core / name).write_bytes((ROOT / "knitlab_core" / name).read_bytes())
     (core / "caller.py").write_text(CALLER)
     (core / "callee.py").write_text(CALLEE.format(factor=2.0))
     return core

@@ -74,7 +74,7 @@ def test_layout_is_the_documented_one(tmp_path: Path) -> None:
     make_run(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5") as file:
         assert set(file) >= {"equilibria", "channels", "VTKHDF", "protocol"}
-        assert set(file["equilibria"]) == {*units(BOTH), "phase", "tag"}
+        assert set(file["equilibria"]) == {*units(BOTH), "phase", "tag", "checksum"}
         assert file["equilibria/force_C"].attrs["units"] == "N"
         assert file["channels/biaxial-hook/XForce"].attrs["units"] == "N"
         assert set(file["channels/biaxial-hook/clean"]) == {"XDisplacement", "YDisplacement", "XForce", "YForce"}

@@ -10,6 +10,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.responses import HTMLResponse
 
 from app.service.api.documents import protocol_schemas
+from app.service.api.faults import add_fault_handlers
 from app.service.api.guard import admit
 from app.service.api.heads import AnswerHead
 from app.service.api.metrics import CountRequests, Metrics
@@ -47,6 +48,7 @@ def create_app(context: Context) -> FastAPI:
     app.add_middleware(CountRequests, metrics=app.state.metrics)
     app.add_middleware(AnswerHead)
     add_problem_handlers(app)
+    add_fault_handlers(app)
     app.include_router(health.router)
     for part in (laboratory, jobs, sweeps, events, files, frames):
         app.include_router(part.router, dependencies=[Depends(admit)])

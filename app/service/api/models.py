@@ -261,7 +261,8 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
         415: "The body is neither JSON nor YAML",
         416: "The range is not in the file",
         422: "What was asked for is not valid, or beyond a bound",
-        503: "Too many at once",
+        503: "Too many at once, or the service cannot keep its data for the moment",
+        507: "The service has no room left",
     }
     schema = {"schema": {"$ref": "#/components/schemas/Problem"}}
     return {

@@ -55,6 +55,8 @@ KINDS: Final[Mapping[str, Kind]] = MappingProxyType(
         "beyond-bound": Kind(422, "Beyond a bound of this service"),
         "key-used": Kind(422, "The idempotency key stands for another body"),
         "busy": Kind(503, "Too many at once"),
+        "away": Kind(503, "The service cannot keep its data for the moment"),
+        "full": Kind(507, "The service has no room left"),
     }
 )
 """What can go wrong, by the last part of the problem's type, `urn:knitlab:problem:...`."""
@@ -161,14 +163,14 @@ def problem_response(
 
 def add_problem_handlers(app: FastAPI) -> None:
     """Give every error of an app the form of a problem."""
-    app.add_exception_handler(ProblemError, _on_problem)
+    app.add_exception_handler(ProblemError, on_problem)
     app.add_exception_handler(KnitlabError, _on_knitlab_error)
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
     app.add_exception_handler(Exception, _on_anything)
 
 
-async def _on_problem(request: Request, error: Exception) -> Response:
+async def on_problem(request: Request, error: Exception) -> Response:
     """Answer a refusal."""
     if not isinstance(error, ProblemError):
         return await _on_anything(request, error)
@@ -187,11 +189,11 @@ async def _on_problem(request: Request, error: Exception) -> Response:
 async def _on_knitlab_error(request: Request, error: Exception) -> Response:
     """Answer what the lab and the store refuse; any other of their errors is ours, not the user's."""
     if isinstance(error, UnknownJobError):
-        return await _on_problem(request, ProblemError("unknown", str(error)))
+        return await on_problem(request, ProblemError("unknown", str(error)))
     if isinstance(error, KeyReusedError):
-        return await _on_problem(request, ProblemError("key-used", str(error)))
+        return await on_problem(request, ProblemError("key-used", str(error)))
     if isinstance(error, SpecificationError):
-        return await _on_problem(request, refused(error, lined=True))
+        return await on_problem(request, refused(error, lined=True))
     return await _on_anything(request, error)
 
 
@@ -202,7 +204,7 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
     # What was found is left out: it may be anything, and the user has it.
     places = [{"parameter": str(one["loc"][-1]), "detail": _one_line(str(one["msg"]))} for one in error.errors()]
     detail = "; ".join(f"{place['parameter']}: {place['detail']}" for place in places)
-    return await _on_problem(request, ProblemError("invalid-request", detail, errors=places))
+    return await on_problem(request, ProblemError("invalid-request", detail, errors=places))
 
 
 def _methods(request: Request) -> list[str]:

@@ -43,7 +43,7 @@ def _spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
     status_code=202,
     responses={
         202: {"headers": {"Location": {"description": "Path of the job.", "schema": {"type": "string"}}}},
-        **problems(400, 408, 413, 415, 422),
+        **problems(400, 408, 413, 415, 422, 503, 507),
     },
     openapi_extra=PROTOCOL_BODY,
 )

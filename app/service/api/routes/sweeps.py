@@ -33,7 +33,7 @@ async def sweep_body(request: Request) -> list[JobSpec]:
     "",
     summary="Submit a sweep",
     status_code=202,
-    responses=problems(400, 408, 413, 415, 422, 503),
+    responses=problems(400, 408, 413, 415, 422, 503, 507),
     openapi_extra=SWEEP_BODY,
 )
 def submit_sweep(

@@ -1,0 +1,158 @@
+"""Keep compiled kernels on disk so that no state of the disk can harm a run.
+
+numba trusts the files of its cache: an emptied one ends in a traceback, a garbled one inside LLVM. Here every file
+begins with a digest of the rest. A file that does not match it is compiled again and replaced; where files cannot be
+written the kernels work all the same and are compiled in every process. Each of the two is said once a process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import pickle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    UserProvidedCacheLocator,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_DIGEST_BYTES: Final = 16
+_log: Final = logging.getLogger(__name__)
+_said: Final[set[str]] = set()
+
+
+class _DamagedError(Exception):
+    """Report that a file of the cache is not what was written."""
+
+
+def say_once(kind: str, message: str) -> None:
+    """Log a warning unless one of its kind was logged in this process before."""
+    if kind not in _said:
+        _said.add(kind)
+        _log.warning("kernel cache: %s", message)
+
+
+def not_kept(folder: Path | None, error: Exception) -> None:
+    """Say why compiled kernels are not kept in a folder; None where there is none to name."""
+    reason = (error.strerror if isinstance(error, OSError) else None) or str(error).rstrip(".")
+    where = "" if folder is None else f"{folder}: "
+    say_once("unkept", f"{where}{reason.lower()}; kernels are compiled without keeping (KNITLAB_CACHE names a folder)")
+
+
+def _digest(name: str, data: bytes) -> bytes:
+    """Return the digest of a file; its name counts, so that no file can stand in for another."""
+    return hashlib.blake2b(name.encode() + b"\0" + data, digest_size=_DIGEST_BYTES).digest()
+
+
+def _read(path: Path) -> bytes:
+    """Return what stands after a file's digest.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    _DamagedError
+        If it cannot be read or does not match its digest.
+    """
+    try:
+        whole = path.read_bytes()
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise _DamagedError from error
+    data = whole[_DIGEST_BYTES:]
+    if whole[:_DIGEST_BYTES] != _digest(path.name, data):
+        raise _DamagedError
+    return data
+
+
+class _File(IndexDataCacheFile):
+    """Index and data files of one kernel, each with its digest."""
+
+    def _load_index(self) -> dict[Any, str]:
+        """Return the names of the data files by signature; nothing if the index is missing, damaged or outdated."""
+        path = Path(self._index_path)
+        try:
+            version, stamp, overloads = pickle.loads(_read(path))  # noqa: S301 (what this wing wrote: its digest says so)
+        except FileNotFoundError:
+            return {}
+        except _DamagedError:
+            self._damaged(path)
+            return {}
+        return dict(overloads) if (version, stamp) == (self._version, self._source_stamp) else {}
+
+    def _load_data(self, name: str) -> Any:  # noqa: ANN401 (numba's own type)
+        path = Path(self._cache_path) / name
+        try:
+            return pickle.loads(_read(path))  # noqa: S301 (as above)
+        except _DamagedError as error:
+            self._damaged(path)
+            raise FileNotFoundError(path) from error
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _save_data(self, name: str, data: Any) -> None:  # noqa: ANN401 (numba's own type)
+        self._write(os.path.join(self._cache_path, name), data)  # noqa: PTH118 (numba's paths are text)
+
+    def _write(self, path: str, content: object) -> None:
+        data: bytes = self._dump(content)  # type: ignore[no-untyped-call] # numba's own
+        with self._open_for_write(path) as file:
+            file.write(_digest(Path(path).name, data) + data)
+
+    def _damaged(self, path: Path) -> None:
+        """Say it, and remove the file so that nothing reads it again."""
+        say_once("damaged", f"{path}: damaged, as others may be; compiled again")
+        try:
+            path.unlink()
+        except OSError as error:
+            not_kept(path.parent, error)
+
+
+class _Locator(UserProvidedCacheLocator):
+    """The folder of a kernel's source file within the cache, made when there is something to write."""
+
+    def ensure_cache_path(self) -> None:
+        """Make no folder and no trial file for every kernel on import; what cannot be written is found when writing."""
+
+
+class _Implementation(CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 (as numba has it)
+
+
+class KernelCache(FunctionCache):
+    """Compiled code of one kernel: what numba keeps, and no error of a disk.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel in Python.
+    """
+
+    _impl_class = _Implementation
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call] # numba's own
+        self._cache_file = _File(  # type: ignore[no-untyped-call] # numba's own
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=self._impl.locator.get_source_stamp(),
+        )
+
+    def save_overload(self, sig: Any, data: Any) -> None:  # noqa: ANN401 (numba's own types)
+        """Keep what was compiled; where that fails, say so once and keep nothing more in this process."""
+        if "unkept" in _said:
+            return
+        try:
+            os.makedirs(self._cache_path, exist_ok=True)  # noqa: PTH103 (numba's paths are text)
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call] # numba's own
+        except OSError as error:
+            not_kept(Path(self._cache_path).parent, error)

@@ -1,0 +1,204 @@
+"""Runs whose disk is full or closed to them: one line, an exit code, every row kept, and how it goes on."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import httpx
+import pytest
+import sqlalchemy as sa
+
+from app.cli import main
+from app.export import export_run
+from app.run_reader import RunReader
+from app.service import child
+from app.service.api.build import create_app
+from app.service.api.context import Context
+from app.service.folder import JobFolder
+from app.service.settings import settings
+from app.service.store import Store, StoreAwayError
+from knitlab_core.errors import FormatError
+from tests.service.serving import served
+from tests.service.test_rest import YAML, problem
+from tests.service.test_resume import CHILD, ROOT, SHORT
+from tests.unit.test_runs import writer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of file sizes and tmpfs are Unix")
+
+LIMITED = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
+
+
+def knitlab(*words: object, limit: int | None = None) -> tuple[int, str]:
+    """Run a command without pictures, with files of at most so many bytes; return its exit code and what it said."""
+    text = ("" if limit is None else LIMITED.format(limit=limit)) + CHILD
+    done = subprocess.run(  # noqa: S603
+        [sys.executable, "-P", "-c", text, *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    return done.returncode, done.stderr
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run that found room, its protocol beside it."""
+    folder = tmp_path_factory.mktemp("Disk")
+    (folder / "short.yaml").write_text(SHORT.replace("name: elastic", "name: Short"), encoding="utf-8")
+    assert knitlab("run", folder / "short.yaml", "--out", folder / "Whole", "-q") == (0, "")
+    return folder / "Whole"
+
+
+def test_a_run_without_room_says_what_is_kept_and_goes_on(whole: Path) -> None:
+    # Without room for the samples, which come last.
+    folder, room = whole.with_name("Full"), (whole / "run.h5").stat().st_size - 200_000
+    code, said = knitlab("run", whole.parent / "short.yaml", "--out", folder, "-q", limit=room)
+    rows = len(RunReader(whole / "run.h5").trace)
+    kept = f"{rows} rows kept; when that is mended go on with: knitlab resume {folder}"
+    assert (code, said) == (7, f"{folder}: file too large; {kept}\n")
+    assert RunReader(folder / "run.h5").going_on
+    assert knitlab("resume", folder, "-q") == (0, "")
+    assert (folder / "Short.csv").read_bytes() == (whole / "Short.csv").read_bytes()
+    assert {one.name for one in folder.iterdir()} == {one.name for one in whole.iterdir()}
+
+
+def test_a_run_without_room_for_anything_says_so(whole: Path) -> None:
+    folder = whole.with_name("Nothing")
+    code, said = knitlab("run", whole.parent / "short.yaml", "--out", folder, "-q", limit=1000)
+    assert (code, said) == (7, f"{folder}: run.h5: file too large; nothing was recorded\n")
+
+
+@pytest.fixture
+def closed(tmp_path: Path) -> Iterator[Path]:
+    """Lend a folder in which nothing can be written, by rights or, for root, by a disk that is read-only."""
+    folder = tmp_path / "Closed"
+    folder.mkdir()
+    with ExitStack() as stack:
+        if os.geteuid() == 0:
+            command = ["mount", "-t", "tmpfs", "-o", "ro,size=1m", "knitlab-test", str(folder)]
+            if shutil.which("mount") is None or subprocess.run(command, capture_output=True, check=False).returncode:  # noqa: S603
+                pytest.skip("root may write everywhere, and this one may not mount a disk that is read-only")
+            stack.callback(subprocess.run, ["umount", str(folder)], check=True)
+        else:
+            folder.chmod(0o500)
+            stack.callback(folder.chmod, 0o700)
+        yield folder
+
+
+def test_a_folder_that_is_closed_is_one_line(whole: Path, closed: Path) -> None:
+    code, said = knitlab("run", whole.parent / "short.yaml", "--out", closed / "Run", "-q")
+    assert code == 7
+    assert said.startswith(f"{closed / 'Run'}: ")
+    assert said.endswith("; nothing was recorded\n")
+    code, said = knitlab("export", whole, "--out", closed)
+    assert code in {2, 7}
+    assert said.startswith(f"{closed}/")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_output_that_finds_no_room_is_one_line() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(  # noqa: S603
+            [sys.executable, "-P", "-c", CHILD, "materials"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
+    assert (done.returncode, done.stderr) == (7, "output: no space left on device\n")
+
+
+def test_no_run_is_one_line_with_its_own_letters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = tmp_path / "NoSuchRun"
+    for command in ("resume", "export", "analyse", "plot", "images"):
+        monkeypatch.setattr(sys, "argv", ["knitlab", command, str(missing)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        assert left.value.code == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        assert "NoSuchRun" in said
+        assert "HDF5" not in said
+        assert "synchronously" not in said
+
+
+def test_a_killed_run_is_exported_up_to_its_last_row(whole: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "Killed"
+    die = "import app.runs, os; keep = app.runs.RunWriter.append; \ndef append(self, row):\n    keep(self, row)\n"
+    die += "    if self.rows == 4: os.kill(os.getpid(), 9)\napp.runs.RunWriter.append = append\n"
+    done = subprocess.run(  # noqa: S603
+        [sys.executable, "-P", "-c", die + CHILD, "run", whole.parent / "short.yaml", "--out", folder, "-q"],
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == -9
+    assert len(RunReader(folder / "run.h5").trace) == 4
+    (log,) = export_run(folder)
+    lines, all_lines = log.read_bytes().splitlines(), (whole / "Short.csv").read_bytes().splitlines()
+    assert 2 <= len(lines) <= len(all_lines)
+    # The last sample of a killed run rests on no row after it.
+    assert lines[:-1] == all_lines[: len(lines) - 1]
+
+
+def test_a_run_killed_before_its_first_row_has_no_log(tmp_path: Path) -> None:
+    writer(tmp_path / "run.h5")._let_go()
+    with pytest.raises(FormatError, match="killed before its first"):
+        export_run(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("pragma", "status", "kind"), [("max_page_count = 1", 507, "full"), ("query_only = ON", 503, "away")]
+)
+def test_a_store_that_cannot_write_says_when_to_come_again(
+    pragma: str, status: int, kind: str, tmp_path: Path, protocol: str
+) -> None:
+    with Store(settings(tmp_path, {})) as store:
+        body = protocol + "# " + "x" * 100_000
+
+        @sa.event.listens_for(store.engine, "checkout")
+        def limit(connection: sa.engine.interfaces.DBAPIConnection, *_: object) -> None:
+            connection.cursor().execute(f"PRAGMA {pragma}")
+
+        with served(create_app(Context(store=store)), quiet=True) as at:
+            answer = httpx.post(f"{at}/v1/jobs", content=body, headers=YAML, timeout=30.0)
+            problem(answer, status, kind)
+            assert ("retry-after" in answer.headers) == (status == 503)
+
+
+def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = "Can't write data (file write failed: errno = 28, error message = 'No space left on device')"
+    faults = [RuntimeError(words), PermissionError(13, "Permission denied"), OSError(116, os.strerror(116))]
+    monkeypatch.setattr(child, "_say_into", lambda _: None)
+    monkeypatch.setattr("app.service.child.signal.signal", lambda *_: None)
+    for fault in faults:
+
+        def fail(*_: object, fault: Exception = fault) -> None:
+            raise fault
+
+        monkeypatch.setattr(child, "_test", fail)
+        with pytest.raises(SystemExit) as left:
+            child._work_in(JobFolder(tmp_path))
+        assert left.value.code == child.TROUBLE
+        assert JobFolder(tmp_path).result() is None
+
+
+def test_a_store_that_cannot_be_opened_is_one_line(tmp_path: Path) -> None:
+    where = settings(tmp_path, {})
+    (tmp_path / "knitlab.sqlite").mkdir()
+    with pytest.raises(StoreAwayError, match="the database cannot be used: unable to open database file"):
+        Store(where)
