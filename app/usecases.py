@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.compile_ahead import compiling_beside
+from app.drawing import draw_here
 from app.file_names import file_stem
 from app.run_folder import make_run_folder, remove_unfinished
 from app.run_layout import reaches
@@ -21,10 +23,11 @@ from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from app.carry_out import Progress, Watch
     from app.checkpoint import Saved
+    from app.drawing import Draw
     from app.schemas import Loaded
     from app.schemas.document import Data
     from rigs.record import Outcome
@@ -48,6 +51,8 @@ def run_protocol(
     *,
     exact: bool = False,
     chosen: Mapping[str, Data] | None = None,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
 ) -> RunResult:
     """Run a protocol: record, log, plot and pictures in a run folder.
 
@@ -63,6 +68,10 @@ def run_protocol(
         Run in `out` itself, whatever else is in it but a run that can be gone on with.
     chosen : Mapping, optional
         Values for some of its parameters, in the place of its own.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When the run began, on the clock of `perf_counter` [s]; by itself now.
 
     Returns
     -------
@@ -77,7 +86,8 @@ def run_protocol(
         If there is a run in the exact folder.
     """
     loaded = load(path, chosen).one_test()
-    return run_loaded(loaded, RUNS / file_stem(loaded.protocol.name) if out is None else out, progress, exact=exact)
+    folder = RUNS / file_stem(loaded.protocol.name) if out is None else out
+    return run_loaded(loaded, folder, progress, exact=exact, draw=draw, began=began)
 
 
 def run_loaded(
@@ -87,7 +97,8 @@ def run_loaded(
     watch: Watch | None = None,
     *,
     exact: bool = False,
-    pictures: bool = True,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
 ) -> RunResult:
     """Run a protocol that has been read; else as `run_protocol`.
 
@@ -103,19 +114,28 @@ def run_loaded(
         Told number, row and strains [1] of every equilibrium.
     exact : bool
         Run in `out` itself, whatever else is in it but a run that can be gone on with.
-    pictures : bool
-        Whether to draw the plot and the knit too.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
     """
-    began = perf_counter()
-    _announce()
-    rig, state = put_up(loaded)
-    with kept_in(out):
-        folder = _exactly(out) if exact else make_run_folder(out)
-    with kept_in(folder), locked(folder):
-        return from_start(make_task(loaded, folder, began, progress, watch, pictures=pictures), rig, state)
+    began = perf_counter() if began is None else began
+    with _compiling():
+        rig, state = put_up(loaded)
+        with kept_in(out):
+            folder = _exactly(out) if exact else make_run_folder(out)
+        with kept_in(folder), locked(folder):
+            return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
 
 
-def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pictures: bool = True) -> RunResult:
+def resume_run(
+    run: Path,
+    progress: Progress,
+    watch: Watch | None = None,
+    *,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
+) -> RunResult:
     """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
 
     Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
@@ -129,8 +149,10 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium from there.
-    pictures : bool
-        Whether to draw the plot and the knit too.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
 
     Returns
     -------
@@ -144,24 +166,24 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
     SpecificationError
         If another process is at it.
     """
-    began = perf_counter()
+    began = perf_counter() if began is None else began
     folder = _folder(run)
     with kept_in(folder), locked(folder):
         remove_unfinished(folder)
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":
-            return as_ended(record, folder, saved, progress, pictures=pictures)
+            return as_ended(record, folder, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
-        task = make_task(loaded, folder, began, progress, watch, pictures=pictures)
-        _announce()
-        if record is None:
-            _set_aside(folder / RECORD)
-        if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
-            sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
-            return from_start(task, *put_up(loaded))
-        require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
-        return go_on(task, saved)
+        task = make_task(loaded, folder, began, progress, watch, draw=draw)
+        with _compiling():
+            if record is None:
+                _set_aside(folder / RECORD)
+            if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
+                sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
+                return from_start(task, *put_up(loaded))
+            require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
+            return go_on(task, saved)
 
 
 def has_ended(run: Path) -> Outcome | None:
@@ -178,10 +200,13 @@ def _folder(run: Path) -> Path:
     return run.parent if run.name == RECORD else run
 
 
-def _announce() -> None:
-    """Say that the first run takes longer."""
+@contextmanager
+def _compiling() -> Iterator[None]:
+    """Say that the first run takes longer, and compile in two processes where that can help."""
     if cache_is_cold():
         sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)
+    with compiling_beside():
+        yield
 
 
 def _exactly(folder: Path) -> Path:

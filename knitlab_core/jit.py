@@ -43,7 +43,8 @@ _SOURCE_ROOT: Final = Path(__file__).resolve().parent
 _KERNEL_FILE: Final = re.compile(
     rb"^(?:from knitlab_core\.jit import|from knitlab_core import .*\bjit\b|import knitlab_core\.jit)", re.MULTILINE
 )
-_COMPILER_FILES: Final = frozenset({"jit.py", "kernel_cache.py"})
+_COMPILER_FILES: Final = frozenset({"jit.py", "kernel_cache.py", "angles.py"})
+"""Files that kernels are made from or kept by without a word of this one in them."""
 _FOLDER: Final = re.compile(r"kernels-[0-9a-f]{16}")
 _defined: list[str] = []
 _settings: Final[Any] = numba.config
