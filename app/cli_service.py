@@ -129,6 +129,42 @@ def cancel(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, 
 
 
 @remote.command(
+    short_help="Delete jobs that have ended, and their files.",
+    epilog="\b\nExample:\n  knitlab delete 3f2a9c0d41e65b78 8b1e4d7706f3a25c",
+)
+def delete(
+    jobs: Annotated[list[str], typer.Argument(metavar="ID...", help="Ids of jobs, as `knitlab jobs` lists them.")],
+    *,
+    server: Server = DEFAULT_SERVER,
+    token: Token = None,
+    as_json: AsJson = False,
+) -> None:
+    """Delete jobs that have ended, and their files, for good; one that has not ended is to be cancelled first.
+
+    Each id is tried; exit code 2 if some job is not deleted.
+    """
+    from app.exit_codes import USAGE  # noqa: PLC0415
+    from app.service_errors import ServiceError  # noqa: PLC0415
+    from app.tables import print_json  # noqa: PLC0415
+
+    gone = []
+    with _client(server, token) as client:
+        for job in jobs:
+            try:
+                client.delete(job)
+            except ServiceError as error:
+                complain(str(error))
+                continue
+            gone.append(job)
+            if not as_json:
+                sys.stdout.write(f"deleted {job}\n")
+    if as_json:
+        print_json({"deleted": gone})
+    if len(gone) < len(jobs):
+        raise typer.Exit(USAGE)
+
+
+@remote.command(
     short_help="Serve: the API, and jobs in so many slots.",
     epilog="\b\nExample:\n  knitlab serve --slots 2",
 )
@@ -144,14 +180,44 @@ def serve(
         typer.Option(envvar="KNITLAB_DATA", help="Data folder.", show_default="knitlab-data", file_okay=False),
     ] = None,
     token: Token = None,
+    max_connections: Annotated[
+        int, typer.Option(help="Connections open at once; half as many more may wait to be let in.", min=1)
+    ] = 400,
+    max_per_address: Annotated[
+        int, typer.Option(help="The same from one address; as many as in all behind a proxy.", min=1)
+    ] = 200,
+    header_timeout: Annotated[float, typer.Option(help="Seconds for the header of a request.", min=0.1)] = 10.0,
+    idle_timeout: Annotated[int, typer.Option(help="Seconds that a connection may rest.", min=1)] = 30,
+    keep: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help="Delete jobs, with their files, so long after their end: 30d.", show_default="never"
+        ),
+    ] = None,
 ) -> None:
     """Serve until Ctrl-C: the API, and so many jobs at a time. Jobs that run go on at the next start.
 
     The documentation of the API is at /docs. KNITLAB_DB=postgresql://... shares one queue among many machines.
     """
+    from app.service.api.door import Limits  # noqa: PLC0415
     from app.service.serving import serve as serve_until_stopped  # noqa: PLC0415
+    from app.units import parse  # noqa: PLC0415
 
-    serve_until_stopped(host=host, port=port, slots=slots, data=data, token=token)
+    limits = Limits(
+        connections=max_connections,
+        per_address=max_per_address,
+        header_timeout=header_timeout,
+        idle_timeout=idle_timeout,
+    )
+    serve_until_stopped(
+        host=host,
+        port=port,
+        slots=slots,
+        data=data,
+        token=token,
+        limits=limits,
+        keep=None if keep is None else parse(keep, "time", "--keep"),
+    )
 
 
 @jobs.callback()

@@ -44,12 +44,12 @@ def worker(
     once. All workers and the server share the database KNITLAB_DB and the data folder. Without KNITLAB_DB the worker
     serves the embedded store of the data folder alone, as `knitlab serve` does.
     """
-    from app.service.settings import settings  # noqa: PLC0415 (lazy, as in app.cli)
+    from app.service.log import set_up_log  # noqa: PLC0415 (lazy, as in app.cli)
+    from app.service.settings import settings  # noqa: PLC0415
     from app.service.store import Store  # noqa: PLC0415
     from app.service.worker import Worker, own  # noqa: PLC0415
 
-    logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(message)s", stream=sys.stderr)
-    logging.getLogger("app.service").setLevel(logging.INFO)
+    set_up_log(logging.INFO)
     told = False
 
     def leave(*_: object) -> None:
