@@ -21,7 +21,7 @@ from app.service.jobs import FINAL, NotEndedError, UnknownJobError
 from app.service.tables import deleted, hold, jobs, keys
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from app.service.store import Store
 
@@ -59,19 +59,15 @@ def delete(store: Store, job: str) -> None:
 
 
 def purge(store: Store, before: float) -> int:
-    """Delete all jobs that ended before a moment [s since the epoch], and their files; return how many."""
-    count = 0
+    """Delete some jobs that ended before a moment [s since the epoch]; return how many, 0 when none are left."""
     old = sa.select(jobs.c.id).where(jobs.c.state.in_(FINAL), jobs.c.finished < before)
-    while True:
-        with store.engine.begin() as connection:
-            # Another server on the same database may be at the others.
-            found = list(connection.scalars(old.limit(_AT_ONCE).with_for_update(skip_locked=True)))
-            if found:
-                _delete_rows(connection, found)
-        if not found:
-            return count
-        clear(store, found)
-        count += len(found)
+    with store.engine.begin() as connection:
+        # Another server on the same database may be at the others.
+        found = list(connection.scalars(old.limit(_AT_ONCE).with_for_update(skip_locked=True)))
+        if found:
+            _delete_rows(connection, found)
+    clear(store, found)
+    return len(found)
 
 
 def _delete_rows(connection: sa.Connection, ids: Sequence[str]) -> None:
@@ -85,33 +81,35 @@ def _delete_rows(connection: sa.Connection, ids: Sequence[str]) -> None:
     connection.execute(sa.delete(keys).where(keys.c.job.in_(ids) | (keys.c.sweep.in_(sweeps) & ~left)))
 
 
-def clear(store: Store, ids: Sequence[str] | None = None) -> None:
-    """Remove the folders of jobs that have been deleted: of some, or of all whose time to be looked for has come."""
+def clear(store: Store, ids: Sequence[str] | None = None) -> int:
+    """Remove the folders of deleted jobs: of these, or of some whose time has come; return how many were looked for.
+
+    A folder that cannot be removed is tried again in a minute.
+    """
     now = time.time()
     which = deleted.c.look <= now if ids is None else deleted.c.id.in_(ids)
+    query = sa.select(deleted.c.id, deleted.c.since).where(which).limit(_AT_ONCE)
     with store.engine.begin() as connection:
-        found = connection.execute(sa.select(deleted.c.id, deleted.c.since).where(which)).all()
-    over: list[str] = []
-    later: list[str] = []
+        found = connection.execute(query).all()
+    looks: dict[float | None, list[str]] = {}
     for job, since in found:
+        # A second look that finds nothing is the last.
+        look = since + AGAIN if now < since + AGAIN else None
         try:
             shutil.rmtree(store.files(job).path)
         except FileNotFoundError:
             pass
         except OSError as error:
             _log.warning("job %s: its files are still there: %s; trying again", job, error)
-            continue
-        (over if now - since >= AGAIN else later).append(job)
+            look = now + _SECONDS_BETWEEN_LOOKS
+        looks.setdefault(look, []).append(job)
     with store.engine.begin() as connection:
-        for part in _parts(over):
-            connection.execute(sa.delete(deleted).where(deleted.c.id.in_(part)))
-        for part in _parts(later):
-            connection.execute(sa.update(deleted).where(deleted.c.id.in_(part)).values(look=deleted.c.since + AGAIN))
-
-
-def _parts(ids: Sequence[str]) -> list[Sequence[str]]:
-    """Return ids in parts that one statement takes."""
-    return [ids[k : k + _AT_ONCE] for k in range(0, len(ids), _AT_ONCE)]
+        for look, these in looks.items():
+            done = deleted.c.id.in_(these)
+            connection.execute(
+                sa.delete(deleted).where(done) if look is None else sa.update(deleted).where(done).values(look=look)
+            )
+    return len(found)
 
 
 class Housekeeping:
@@ -132,8 +130,9 @@ class Housekeeping:
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more."""
+        """Look no more, once the part that is being done is done."""
         self._stopped.set()
+        self._thread.join()
 
     def _look_after(self) -> None:
         while not self._stopped.is_set():
@@ -146,9 +145,14 @@ class Housekeeping:
             self._stopped.wait(_SECONDS_BETWEEN_LOOKS)
 
     def _look(self) -> None:
-        now = time.time()
-        clear(self._store)
-        if self._keep is not None and (count := purge(self._store, now - self._keep)):
-            _log.info("%d jobs deleted that ended more than %g days ago", count, self._keep / 86400.0)
-        while forget_ended(self._store.client, now - ENDED) and not self._stopped.is_set():
+        store, now = self._store, time.time()
+        self._while_any(lambda: clear(store))
+        if self._keep is not None:
+            before = now - self._keep
+            self._while_any(lambda: purge(store, before))
+        self._while_any(lambda: forget_ended(store.client, now - ENDED))
+
+    def _while_any(self, do: Callable[[], int]) -> None:
+        """Do something part by part while there is any of it and the service goes on."""
+        while not self._stopped.is_set() and do():
             pass

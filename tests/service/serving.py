@@ -11,16 +11,17 @@ from typing import TYPE_CHECKING
 import uvicorn
 
 if TYPE_CHECKING:
+    from asyncio import Protocol
     from collections.abc import Iterator
 
     from fastapi import FastAPI
 
 
 @contextmanager
-def served(app: FastAPI, *, quiet: bool = False) -> Iterator[str]:
+def served(app: FastAPI, *, quiet: bool = False, http: type[Protocol] | str = "auto") -> Iterator[str]:
     """Lend the address of an app that answers; a quiet one keeps its own mistakes to itself."""
     listener = socket.create_server(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(app, log_level="critical" if quiet else "error", lifespan="off"))
+    server = uvicorn.Server(uvicorn.Config(app, http=http, log_level="critical" if quiet else "error", lifespan="off"))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()
     try:

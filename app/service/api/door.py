@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from ipaddress import IPv6Address, ip_address, ip_network
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -277,7 +278,7 @@ def _last_answer(kind: str, detail: str, again: int | None) -> bytes:
     problem = {"type": f"urn:knitlab:problem:{kind}", "title": title, "status": status, "detail": detail}
     body = json.dumps(problem).encode()
     lines = [
-        f"HTTP/1.1 {status} {title}",
+        f"HTTP/1.1 {status} {HTTPStatus(status).phrase}",
         f"Content-Type: {MEDIA_TYPE}",
         f"Content-Length: {len(body)}",
         *([] if again is None else [f"Retry-After: {again}"]),

@@ -1,0 +1,78 @@
+"""Turns go to the cheapest request that waits, one at a time, and none is lost."""
+
+from __future__ import annotations
+
+import anyio
+import anyio.lowlevel
+import pytest
+
+from app.service.api.problems import ProblemError
+from app.service.api.turns import Turns
+
+
+def test_the_cheapest_goes_first_and_one_at_a_time() -> None:
+    order: list[float] = []
+
+    async def work(turns: Turns, cost: float) -> None:
+        with turns.line():
+            async with turns.turn(cost):
+                order.append(cost)
+                before = len(order)
+                await anyio.sleep(0.001)
+                assert len(order) == before
+
+    async def all_of_them() -> None:
+        turns = Turns(what="", again=1)
+        async with anyio.create_task_group() as group:
+            for cost in (5.0, 3.0, 4.0, 1.0, 3.0, 2.0):
+                group.start_soon(work, turns, cost)
+                await anyio.lowlevel.checkpoint()
+
+    anyio.run(all_of_them)
+    assert order == [5.0, 1.0, 2.0, 3.0, 3.0, 4.0]
+
+
+def test_who_waits_too_long_is_refused_and_the_turn_goes_on() -> None:
+    async def script() -> None:
+        turns = Turns(what="busy", again=7, patience=0.05)
+        async with turns.turn():
+            with pytest.raises(ProblemError) as refused:
+                async with turns.turn():
+                    pytest.fail("two have a turn")
+            assert (refused.value.kind, refused.value.headers) == ("busy", {"Retry-After": "7"})
+        async with turns.turn():
+            pass
+
+    anyio.run(script)
+
+
+@pytest.mark.parametrize("passed_on", [False, True])
+def test_who_leaves_while_waiting_keeps_no_turn(passed_on: bool) -> None:  # noqa: FBT001 (a parameter)
+    async def wait(turns: Turns) -> None:
+        async with turns.turn():
+            await anyio.sleep_forever()
+
+    async def script() -> None:
+        turns = Turns(what="", again=1)
+        async with anyio.create_task_group() as group:
+            async with turns.turn():
+                group.start_soon(wait, turns)
+                await anyio.sleep(0.01)
+                if not passed_on:
+                    group.cancel_scope.cancel()
+                    await anyio.lowlevel.cancel_shielded_checkpoint()
+            # Its turn has come, and it has not noticed yet.
+            group.cancel_scope.cancel()
+        with anyio.fail_after(1.0):
+            async with turns.turn():
+                pass
+
+    anyio.run(script)
+
+
+def test_a_full_line_refuses() -> None:
+    turns = Turns(what="full", again=1, most=2)
+    with turns.line(), turns.line(), pytest.raises(ProblemError, match="full"), turns.line():
+        pass
+    with turns.line():
+        pass
