@@ -1,4 +1,4 @@
-"""Add the commands that talk to a service, and the one that is it."""
+"""Add the commands that talk to a service."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from app.exit_codes import INTERRUPTED
-from app.service.address import DEFAULT_SERVER, PORT
+from app.service.address import DEFAULT_SERVER
 from app.service.jobs import State  # noqa: TC001 (typer reads the annotations)
-from app.terminal import ProtocolPath, complain
+from app.terminal import ProtocolPath, Token, complain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 JobId = Annotated[str, typer.Argument(metavar="ID", help="Id of a job, as `knitlab submit` prints it.")]
 Server = Annotated[
     str, typer.Option(envvar="KNITLAB_SERVER", help="Address of the service.", show_envvar=True, metavar="URL")
-]
-Token = Annotated[
-    str | None,
-    typer.Option(envvar="KNITLAB_TOKEN", help="Token of the service.", show_envvar=True, show_default=False),
 ]
 Out = Annotated[
     Path | None,
@@ -162,62 +158,6 @@ def delete(
         print_json({"deleted": gone})
     if len(gone) < len(jobs):
         raise typer.Exit(USAGE)
-
-
-@remote.command(
-    short_help="Serve: the API, and jobs in so many slots.",
-    epilog="\b\nExample:\n  knitlab serve --slots 2",
-)
-def serve(
-    *,
-    slots: Annotated[int, typer.Option(help="Jobs that run at once; 0 for the API alone.", min=0, max=1024)] = 2,
-    host: Annotated[str, typer.Option(help="Address to listen on; any but this machine's own needs a token.")] = (
-        "127.0.0.1"
-    ),
-    port: Annotated[int, typer.Option(help="Port; 0 for a free one.", min=0, max=65535)] = PORT,
-    data: Annotated[
-        Path | None,
-        typer.Option(envvar="KNITLAB_DATA", help="Data folder.", show_default="knitlab-data", file_okay=False),
-    ] = None,
-    token: Token = None,
-    max_connections: Annotated[
-        int, typer.Option(help="Connections open at once; half as many more may wait to be let in.", min=1)
-    ] = 400,
-    max_per_address: Annotated[
-        int, typer.Option(help="The same from one address; as many as in all behind a proxy.", min=1)
-    ] = 200,
-    header_timeout: Annotated[float, typer.Option(help="Seconds for the header of a request.", min=0.1)] = 10.0,
-    idle_timeout: Annotated[int, typer.Option(help="Seconds that a connection may rest.", min=1)] = 30,
-    keep: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="Delete jobs, with their files, so long after their end: 30d.", show_default="never"
-        ),
-    ] = None,
-) -> None:
-    """Serve until Ctrl-C: the API, and so many jobs at a time. Jobs that run go on at the next start.
-
-    The documentation of the API is at /docs. KNITLAB_DB=postgresql://... shares one queue among many machines.
-    """
-    from app.service.api.door import Limits  # noqa: PLC0415
-    from app.service.serving import serve as serve_until_stopped  # noqa: PLC0415
-    from app.units import parse  # noqa: PLC0415
-
-    limits = Limits(
-        connections=max_connections,
-        per_address=max_per_address,
-        header_timeout=header_timeout,
-        idle_timeout=idle_timeout,
-    )
-    serve_until_stopped(
-        host=host,
-        port=port,
-        slots=slots,
-        data=data,
-        token=token,
-        limits=limits,
-        keep=None if keep is None else parse(keep, "time", "--keep"),
-    )
 
 
 @jobs.callback()

@@ -16,7 +16,7 @@ import uvicorn
 
 from app.service.api.build import create_app
 from app.service.api.context import Context
-from app.service.api.door import BATCH, Door, Limits, watched_by
+from app.service.api.door import BATCH, Door, Limits, connections_within, watched_by
 from app.service.api.guard import require_token_for
 from app.service.housekeeping import Housekeeping
 from app.service.log import set_up_log
@@ -164,11 +164,13 @@ def _open_enough(limits: Limits, slots: int) -> None:
         If the system does not let it.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    needed = limits.files + _OWN_FILES + slots * _FILES_OF_A_SLOT
+    own = _OWN_FILES + slots * _FILES_OF_A_SLOT
+    needed = limits.files + own
     if soft == resource.RLIM_INFINITY or soft >= needed:
         return
     if hard != resource.RLIM_INFINITY and hard < needed:
-        allowed = f"fewer: {needed} files would be open, the system lets this process open {hard} (ulimit -n)"
+        most = connections_within(hard - own)
+        allowed = f"{most} or fewer: this process may open {hard} files (ulimit -n)"
         raise SpecificationError("--max-connections", limits.connections, allowed)
     resource.setrlimit(resource.RLIMIT_NOFILE, (needed, hard))
 

@@ -6,8 +6,9 @@ import socket
 import threading
 import time
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import httpx
 import uvicorn
 
 if TYPE_CHECKING:
@@ -32,3 +33,15 @@ def served(app: FastAPI, *, quiet: bool = False, http: type[Protocol] | str = "a
         server.should_exit = True
         thread.join(timeout=10)
         listener.close()
+
+
+def problem(response: httpx.Response, status: int, kind: str) -> dict[str, Any]:
+    """Return the problem that an answer carries."""
+    assert response.status_code == status, response.text
+    assert response.headers["content-type"] == "application/problem+json"
+    found: dict[str, Any] = response.json()
+    assert found["status"] == status
+    assert found["type"] == f"urn:knitlab:problem:{kind}"
+    assert {"title", "detail", "instance"} <= set(found)
+    assert "Traceback" not in response.text
+    return found

@@ -4,20 +4,19 @@ import threading
 import time
 import uuid
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import httpx
 import pytest
 import sqlalchemy as sa
 
-from app.service.api import checking
 from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP, EXAMPLE_YAML
 from app.service.api.turns import Turns
 from app.service.settings import settings
 from app.service.store import Store
-from tests.service.serving import served
+from tests.service.serving import problem, served
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,19 +24,6 @@ if TYPE_CHECKING:
     from app.service.jobs import Job
 
 YAML = {"Content-Type": "application/yaml"}
-CHECK, LOOK = "/v1/protocols:validate", "/v1/specimens:preview"
-
-
-def problem(response: httpx.Response, status: int, kind: str) -> dict[str, Any]:
-    """Return the problem that an answer carries."""
-    assert response.status_code == status, response.text
-    assert response.headers["content-type"] == "application/problem+json"
-    found: dict[str, Any] = response.json()
-    assert found["status"] == status
-    assert found["type"] == f"urn:knitlab:problem:{kind}"
-    assert {"title", "detail", "instance"} <= set(found)
-    assert "Traceback" not in response.text
-    return found
 
 
 def test_health_and_figures(http: httpx.Client, job: Job) -> None:
@@ -133,35 +119,6 @@ def test_pictures_that_wait_hold_up_nothing_else(store: Store, protocol: str) ->
             busy = one.result()
             problem(busy, 503, "busy")
             assert int(busy.headers["retry-after"]) > 0
-
-
-def test_large_protocols_that_wait_hold_up_no_small_one(store: Store, protocol: str) -> None:
-    # Somebody's large protocol is being looked at, and takes its time.
-    context = Context(store=store, checking=Turns(what="large ones", again=10, patience=8.0, _taken=True))
-    large = protocol.replace("[2, 2]", "[60, 60]")
-    long = protocol + f"# {'x' * 20_000}\n"
-    with served(create_app(context)) as at, ThreadPoolExecutor(45) as pool:
-        wanted = [(path, text) for path in ("/v1/jobs", CHECK, LOOK) for text in (large, long)] * 7
-        waiting = [
-            pool.submit(httpx.post, at + path, content=text, headers=YAML, timeout=60.0) for path, text in wanted
-        ]
-        began = time.monotonic()
-        while sum(one.done() for one in waiting) < len(wanted) - context.checking.most:
-            assert time.monotonic() - began < 30.0
-            time.sleep(0.05)
-        for path, status in (("/v1/jobs", 202), (CHECK, 200), (LOOK, 200)):
-            assert httpx.post(at + path, content=protocol, headers=YAML, timeout=30.0).status_code == status
-        for one in waiting:
-            found = problem(one.result(), 503, "busy")
-            assert found["detail"] == "large ones"
-            assert int(one.result().headers["retry-after"]) > 0
-
-
-@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/protocols:validate", "/v1/specimens:preview"])
-def test_a_large_protocol_has_its_turn(http: httpx.Client, protocol: str, path: str) -> None:
-    large = protocol.replace("n: 1", "n: 800")
-    assert 2 * 800 / checking._STROKES > checking.LARGE
-    assert http.post(path, content=large, headers=YAML).is_success
 
 
 def test_a_job_is_accepted_once(http: httpx.Client, store: Store, protocol: str) -> None:

@@ -237,7 +237,7 @@ def test_mistakes_are_one_line(service: str, say: Callable[..., Said], tmp_path:
         (("serve", "--host", "192.0.2.1", "--data", tmp_path), "host: found '192.0.2.1'"),
         (("serve", "--keep", "0 s", "--data", tmp_path), "--keep: found '0 s', allowed a time above zero"),
         (("serve", "--keep", "30", "--data", tmp_path), "--keep: found '30', allowed a time with its unit"),
-        (("serve", "--max-connections", 10**7, "--data", tmp_path), "--max-connections: found '10000000'"),
+        (("serve", "--max-connections", 10**7, "--data", tmp_path), "--max-connections: found 10000000, allowed"),
         (("serve", "--port", service.rpartition(":")[2], "--data", tmp_path), "address already in use"),
     ):
         said = say(*words)

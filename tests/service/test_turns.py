@@ -8,6 +8,13 @@ import pytest
 
 from app.service.api.problems import ProblemError
 from app.service.api.turns import Turns
+from tests.service.serving import problem, served
+
+if TYPE_CHECKING:
+    from app.service.store import Store
+
+YAML = {"Content-Type": "application/yaml"}
+CHECK, LOOK = "/v1/protocols:validate", "/v1/specimens:preview"
 
 
 def test_the_cheapest_goes_first_and_one_at_a_time() -> None:
@@ -76,3 +83,32 @@ def test_a_full_line_refuses() -> None:
         pass
     with turns.line():
         pass
+
+
+def test_large_protocols_that_wait_hold_up_no_small_one(store: Store, protocol: str) -> None:
+    # Somebody's large protocol is being looked at, and takes its time.
+    context = Context(store=store, checking=Turns(what="large ones", again=10, patience=8.0, _taken=True))
+    large = protocol.replace("[2, 2]", "[60, 60]")
+    long = protocol + f"# {'x' * 20_000}\n"
+    with served(create_app(context)) as at, ThreadPoolExecutor(45) as pool:
+        wanted = [(path, text) for path in ("/v1/jobs", CHECK, LOOK) for text in (large, long)] * 7
+        waiting = [
+            pool.submit(httpx.post, at + path, content=text, headers=YAML, timeout=60.0) for path, text in wanted
+        ]
+        began = time.monotonic()
+        while sum(one.done() for one in waiting) < len(wanted) - context.checking.most:
+            assert time.monotonic() - began < 30.0
+            time.sleep(0.05)
+        for path, status in (("/v1/jobs", 202), (CHECK, 200), (LOOK, 200)):
+            assert httpx.post(at + path, content=protocol, headers=YAML, timeout=30.0).status_code == status
+        for one in waiting:
+            found = problem(one.result(), 503, "busy")
+            assert found["detail"] == "large ones"
+            assert int(one.result().headers["retry-after"]) > 0
+
+
+@pytest.mark.parametrize("path", ["/v1/jobs", "/v1/protocols:validate", "/v1/specimens:preview"])
+def test_a_large_protocol_has_its_turn(http: httpx.Client, protocol: str, path: str) -> None:
+    large = protocol.replace("n: 1", "n: 800")
+    assert 2 * 800 / checking._STROKES > checking.LARGE
+    assert http.post(path, content=large, headers=YAML).is_success

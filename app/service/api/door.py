@@ -66,6 +66,17 @@ class Limits:
         return self.connections + max(1, self.connections // 2) + 4 * BATCH
 
 
+def connections_within(files: int) -> int:
+    """Return how many connections may be admitted where so many files may be open for all.
+
+    Examples
+    --------
+    >>> [Limits(connections=connections_within(1000) + more).files for more in (0, 1)]
+    [1000, 1001]
+    """
+    return max(0, (2 * (files - 4 * BATCH) + 1) // 3)
+
+
 @dataclass(slots=True, kw_only=True)
 class _Group:
     """Hold connections, those that have waited longest first, and count those of each address."""

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
-from tests.service.console.hands import QUICK, colour_of, contrast, curves, luminance, painted, write
+from tests.service.console.hands import QUICK, colour_of, contrast, curves, luminance, painted, submit, until, write
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from playwright.sync_api import Browser, Page
+    import httpx
+    from playwright.sync_api import Browser, Dialog, Page
 
 
 def test_from_the_editor_to_the_file(page: Page, service: str, data: Path, tmp_path: Path) -> None:
