@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from app.service.address import PORT
-from app.terminal import Token
+from app.terminal import Token  # noqa: TC001 (typer reads the annotations)
 
 service = typer.Typer()
 

@@ -8,13 +8,13 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-import httpx
 import uvicorn
 
 if TYPE_CHECKING:
     from asyncio import Protocol
     from collections.abc import Iterator
 
+    import httpx
     from fastapi import FastAPI
 
 

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
 import anyio
-import anyio.lowlevel
+import httpx
 import pytest
 
+from app.service.api import checking
+from app.service.api.build import create_app
+from app.service.api.context import Context
 from app.service.api.problems import ProblemError
 from app.service.api.turns import Turns
 from tests.service.serving import problem, served

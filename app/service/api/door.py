@@ -72,7 +72,7 @@ def connections_within(files: int) -> int:
     Examples
     --------
     >>> [Limits(connections=connections_within(1000) + more).files for more in (0, 1)]
-    [1000, 1001]
+    [999, 1001]
     """
     return max(0, (2 * (files - 4 * BATCH) + 1) // 3)
 
