@@ -87,13 +87,18 @@ def energy_balance_error(trace: Trace) -> float:
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run that is over, or was cut off; its wall time is not known."""
     protocol = loads(run.protocol, str(run.path), materials=run.materials).protocol
+    zeroings = zeroings_of(run, protocol)
+    return run_figures(run.trace, run.size, zeroings, float("nan"), protocol=protocol)
+
+
+def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
+    """Return when the channels of a run were zeroed, as far as it went."""
     begun = {step.number: step.time for step in run.steps}
-    zeroings = [
+    return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
         for leaf in leaves(protocol.steps)
         if isinstance(leaf.step, Zero) and leaf.number in begun
     ]
-    return run_figures(run.trace, run.size, zeroings, float("nan"), protocol=protocol)
 
 
 def _mechanics(
