@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
@@ -167,7 +168,7 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
     with RunWriter(task.record) as writer:
         journal = _journal(task, rig, writer)
         result = _finish(task, rig, journal, perform(rig, state, protocol))
-    return _published(task, result)
+    return _published(task, result, journal.done)
 
 
 def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
@@ -188,7 +189,7 @@ def go_on(task: Task, saved: Saved) -> RunResult:
         journal = _journal(task, rig, writer)
         journal.zeroings.extend(saved.zeroings)
         result = _finish(task, rig, journal, perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor))
-    return _published(task, result)
+    return _published(task, result, journal.done)
 
 
 def as_ended(
@@ -243,12 +244,23 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
     )
 
 
-def _published(task: Task, result: RunResult) -> RunResult:
-    """Write the views of a test; one that was not interrupted needs no checkpoint any more."""
-    _publish(task.folder, task.loaded.protocol.name, task.progress, draw=task.draw)
+def _published(task: Task, result: RunResult, done: float) -> RunResult:
+    """Write the views of a test; one that was not interrupted needs no checkpoint any more.
+
+    The progress of one that was stays at the share that was done [1].
+    """
+    progress = task.progress
+    if result.outcome == "abort":
+        progress = partial(_stay, task.progress, done)
+    _publish(task.folder, task.loaded.protocol.name, progress, draw=task.draw)
     if result.outcome != "abort":
         task.checkpoint.unlink(missing_ok=True)
     return replace(result, figures=with_wall_time(result.figures, perf_counter() - task.began))
+
+
+def _stay(progress: Progress, done: float, share: float, text: str) -> None:
+    """Show what is being done after an interrupt at a share done [1]."""
+    progress(done, "interrupted" if share >= 1.0 else text)
 
 
 def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:

@@ -9,7 +9,7 @@ from app.file_names import file_stem
 from app.run_folder import write_whole
 from app.run_layout import sample_size
 from app.run_reader import read_run
-from app.sampling import logs_up_to_the_end
+from app.sampled import samples_of
 from knitlab_core.errors import SpecificationError
 from rigs.bounds import require_label
 from rigs.logs.catalogue import LOGS, defaults
@@ -62,11 +62,10 @@ def export_run(
         As `export_log`.
     """
     run = read_run(place)
-    run.logs = logs_up_to_the_end(run)
     folder = run.path.parent if out is None else out
-    names = defaults(run.logs) if dialect is None else [dialect]
+    names = defaults(samples_of(run)) if dialect is None else [dialect]
     if not names:
-        raise SpecificationError("run.channels", "none", "a run that was sampled to its end")
+        raise SpecificationError("run.equilibria", "none", "a run with a row or more")
     wanted = _units(units)
     return tuple(export_log(run, folder, name, locale=locale, units=wanted) for name in names)
 
@@ -84,7 +83,7 @@ def _units(text: str | None) -> dict[str, str]:
 
 def export_logs(run: RunReader, folder: Path) -> tuple[Path, ...]:
     """Write the log of every instrument of a run in its own dialect, under the names that it gives its files."""
-    return tuple(export_log(run, folder, dialect) for dialect in defaults(run.logs))
+    return tuple(export_log(run, folder, dialect) for dialect in defaults(samples_of(run)))
 
 
 def export_log(
@@ -113,18 +112,19 @@ def export_log(
     Raises
     ------
     SpecificationError
-        If dialect, locale or units are unknown, or the run has no log of the dialect's machine: it was cut off before
-        it was sampled, or the machine was no part of its rig.
+        If dialect, locale or units are unknown, or the run has no log of the dialect's machine: it has no row, or the
+        machine was no part of its rig.
     """
     if dialect not in LOGS:
         raise SpecificationError("dialect", dialect, f"one of {', '.join(LOGS)}")
     log = LOGS[dialect]
     shown = localised(in_units(log.dialect, {} if units is None else units), locale)
+    samples = samples_of(run)
     for machine in log.machines:
-        if machine not in run.logs:
-            found = ", ".join(run.logs) or "none"
-            raise SpecificationError("run.channels", found, f"a run on {machine} that was sampled to its end")
-    test = logged(run)
+        if machine not in samples:
+            found = ", ".join(samples) or "none"
+            raise SpecificationError("run.channels", found, f"a run on {machine}")
+    test = replace(logged(run), samples=samples)
     path = folder / log.place.format(sample=file_stem(test.sample))
     path.parent.mkdir(parents=True, exist_ok=True)
     return _written(replace(log, dialect=shown), test, path)

@@ -42,6 +42,8 @@ class Journal:
         Told number, row and strains [1] of every equilibrium; a run that goes on tells some again.
     zeroings : list of Zeroing
         Those so far.
+    done : float
+        Share of the run that is done [1].
     """
 
     writer: RunWriter
@@ -51,6 +53,7 @@ class Journal:
     progress: Callable[[float, str], None]
     watch: Callable[[int, Equilibrium, Mapping[Axis, float]], None] | None = None
     zeroings: list[Zeroing] = field(default_factory=list)
+    done: float = 0.0
 
     def record(self, events: Iterator[Event]) -> Outcome:
         """Write down every event; an interrupt ends the test and keeps them."""
@@ -81,4 +84,5 @@ class Journal:
             self.watch(self.writer.rows - 1, row, strain)
         text = f"{row.phase:7} {row.cycle}: {', '.join(f'{axis} {value:6.1%}' for axis, value in strain.items())}"
         done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
-        self.progress(TESTED * done, text)
+        self.done = TESTED * done
+        self.progress(self.done, text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, cast
 
@@ -69,7 +70,7 @@ class RunReader:
     samples : dict of str to Samples
         The same for show: of a log of more than `MOST_SHOWN` samples those that its curve needs.
     steps : tuple of StepRecord
-        The steps that were begun, and how each ended; ``abort`` for one that did not.
+        The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
     going_on : bool
         Whether the run is going on, or was killed: nothing says how it ended.
     outcome : Outcome
@@ -99,7 +100,7 @@ class RunReader:
             )
             self.going_on = file["outcome"].attrs["end"].decode() == RUNNING
             self.trace = self._read_trace(file["equilibria"])
-            self.steps = self._read_steps(file["steps"])
+            self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
             self.outcome = _read_outcome(file["outcome"], len(self.trace))
 
@@ -168,6 +169,15 @@ def read_run(path: Path) -> RunReader:
 def _rows(columns: dict[str, FloatArray]) -> int:
     """Return the rows that every column has: a killed run may lack some of the last one."""
     return min(len(column) for column in columns.values())
+
+
+def _as_far(steps: tuple[StepRecord, ...], trace: Trace) -> tuple[StepRecord, ...]:
+    """Return steps of which the one that was under way, if any, ends at the last row and says so."""
+    if not steps or steps[-1].end != "abort" or not len(trace):
+        return steps
+    last = steps[-1]
+    reached = max(last.start, float(trace.columns["time"][-1]))
+    return (*steps[:-1], replace(last, time=reached, message=last.message or "cut short"))
 
 
 def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:

@@ -99,8 +99,8 @@ def _run(words: list[str], *, pictures: bool, prepare: Callable[[], None] | None
     code: object = 1
     try:
         if not pictures:
-            carry_out.stress_strain_plot = lambda *_: None  # type: ignore[attr-defined, assignment]
-            carry_out.knit_frames = lambda *_: SimpleNamespace(note="")  # type: ignore[attr-defined, assignment]
+            carry_out.stress_strain_plot = lambda *_: None  # type: ignore[attr-defined]
+            carry_out.knit_frames = lambda *_: SimpleNamespace(note="")  # type: ignore[attr-defined]
         if prepare is not None:
             prepare()
         sys.argv = ["knitlab", *words]

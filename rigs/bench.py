@@ -11,6 +11,7 @@ from rigs.checkpoint import checkpoint_of
 from rigs.cursor import END, START
 from rigs.endings import Ending
 from rigs.instruments import overloaded
+from rigs.motion import Sight
 from rigs.record import Equilibrium, Frame
 from rigs.rig import most_strained, place_of, read
 from rigs.shape import axial_strain, bending_strain, contact_force, wire_ends
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
     from rigs.checkpoint import Checkpoint
     from rigs.controller import Controller, Memory
     from rigs.cursor import Cursor, Displacement
-    from rigs.motion import Sight, Stroke
+    from rigs.motion import Stroke
     from rigs.rig import Rig
+    from rigs.targets import Axis
     from rigs.way import Step
 
 T = TypeVar("T")
@@ -95,6 +97,11 @@ class Bench:
         """Put something else into the controller's memory."""
         self.cursor = replace(self.cursor, memory=memory)
 
+    def sight(self) -> Sight:
+        """Return what the controller sees."""
+        felt = dict.fromkeys(self.rig.grips, 0.0) if self.last is None else self.last.force
+        return Sight(displacement=self.crosshead, force=self.controller.steady(felt, self.memory))
+
     def begin(self, sight: Sight) -> None:
         """Begin a stroke where the axes stand."""
         self.cursor = replace(
@@ -122,7 +129,11 @@ class Bench:
 
     def strain(self, start: Displacement, end: Displacement) -> float:
         """Return the strain of a way: that of the axis that strains most [1]."""
-        return max(abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items())
+        return max(self.strains(start, end).values())
+
+    def strains(self, start: Displacement, end: Displacement) -> dict[Axis, float]:
+        """Return the magnitude of the strain of each axis on a way [1]."""
+        return {axis: abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items()}
 
     def go_on_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[Step]:
         """Yield the equilibria that are left of the leg under way, which ends at `goal`; see `Way`."""
@@ -178,7 +189,7 @@ class Bench:
             tag=stroke.tag,
             step=stroke.step,
         )
-        memory = self.controller.read(self.memory, row)
+        memory = self.controller.read(self.memory, row, len(self.rig.severed) + row.bonds_broken)
         self.cursor = replace(self.cursor, last=row, place=step.place, memory=memory)
         return row
 
@@ -198,7 +209,7 @@ class Bench:
             tag=stroke.tag,
             step=stroke.step,
         )
-        memory = self.controller.read(self.memory, row)
+        memory = self.controller.read(self.memory, row, len(self.rig.severed) + row.bonds_broken)
         self.cursor = replace(self.cursor, last=row, place=END, memory=memory)
         return row
 

@@ -15,10 +15,10 @@ from rigs.checkpoint import Checkpoint
 from rigs.controller import controller_of
 from rigs.cursor import Cursor
 from rigs.drive import drive, hold, hold_marks, image_shares, inner_marks
-from rigs.endings import Ending, Watch
+from rigs.endings import Ending, watch_of
 from rigs.instruments import Zeroing
 from rigs.leaves import leaves
-from rigs.motion import Planner, Sight, Stroke
+from rigs.motion import Planner, Stroke
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.rig import place_of
 from rigs.steer import steer
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
+    from rigs.endings import Watch
     from rigs.leaves import Leaf
     from rigs.protocol import Protocol
     from rigs.rig import Rig
@@ -111,8 +112,8 @@ def _carry_out(bench: Bench, planner: Planner) -> Generator[Event, None, Outcome
         ending = yield from _do_step(bench, planner, leaf)
         if ending is not None and ending.test:
             return Outcome(end=ending.end, message=ending.message)
-        if ending is not None and ending.end == "rupture" and isinstance(leaf.step, UntilRupture):
-            done = Outcome(end="rupture", message=ending.message)
+        if ending is not None and ending.end in {"rupture", "slipped"} and isinstance(leaf.step, UntilRupture):
+            done = Outcome(end=ending.end, message=ending.message)
     return done
 
 
@@ -129,7 +130,11 @@ def _do_step(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, Non
         yield record
     if isinstance(leaf.step, Image):
         yield from _picture(bench, leaf.step)
-    ending = yield from _do_strokes(bench, planner, leaf)
+    try:
+        ending = yield from _do_strokes(bench, planner, leaf)
+    except ConvergenceError as error:
+        yield replace(record, time=bench.time, end="diverged", message=_account(bench, error))
+        raise
     if ending is None and isinstance(leaf.step, UntilRupture):
         ending = Ending(end="limit", message="no rupture on the way")
     done = Ending(end="target", message="") if ending is None else ending
@@ -143,13 +148,15 @@ def _do_strokes(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, 
         if index > bench.cursor.stroke:
             bench.cursor = replace(bench.cursor, stroke=index, sight=None)
         under_way = bench.cursor.sight
-        sight = under_way or Sight(displacement=bench.crosshead, force=bench.memory.shown)
+        sight = under_way or bench.sight()
         stroke = planner.stroke(leaf, index, bench.memory.course, sight)
         if stroke is None:
             continue
-        watch = Watch(until=leaf.until, stroke=stroke, gauges=bench.rig.gauges)
+        watch = watch_of(leaf, stroke, bench.rig.gauges)
         ending = None
         if under_way is None:
+            if index == 0 and (met := watch.met_before(bench.memory, bench.crosshead)) is not None:
+                return met
             bench.begin(sight)
         else:
             ending = watch.met(bench.controller, bench.memory, bench.crosshead)
@@ -158,7 +165,7 @@ def _do_strokes(bench: Bench, planner: Planner, leaf: Leaf) -> Generator[Event, 
         else:
             # The row that the test goes on from was the step's last.
             yield bench.frame()
-        after = bench.memory.course.after(stroke, Sight(displacement=bench.crosshead, force=bench.memory.shown))
+        after = bench.memory.course.after(stroke, bench.sight())
         bench.remember(replace(bench.memory, course=after))
         if ending is not None:
             return ending

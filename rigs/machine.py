@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from rigs.catalogue import arranged
 from rigs.instruments import Channel, Instrument
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigs.catalogue import MachineName
-    from rigs.protocol import LogSpec
+    from rigs.protocol import LogSpec, Protocol
     from rigs.steps import Axis
     from rigs.steps import Channel as Kind
 
@@ -149,6 +150,13 @@ class MachineData:
             if cell.limit.value == capacity:
                 return replace(self, load_cell=cell, other_cells=())
         return None
+
+
+def instruments_on(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> tuple[Instrument, ...]:
+    """Return the instruments of the machines of a protocol's rig."""
+    drives = arranged(protocol.rig, protocol.mount)
+    driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
+    return instruments_of(driven, data, protocol.log)
 
 
 def instruments_of(

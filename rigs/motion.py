@@ -92,7 +92,7 @@ class Sight:
     displacement : Mapping
         What the encoder of each axis shows, not zeroed [m].
     force : Mapping
-        What the load cell of each axis shows, zeroed [N].
+        What the load cell of each axis shows on average, zeroed [N].
     """
 
     displacement: Mapping[Axis, float]

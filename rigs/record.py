@@ -22,7 +22,7 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 
 Phase = Literal["Zero", "Preload", "Stretch", "Recover", "Hold"]
-End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged"]
+End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged", "slipped"]
 
 #: The order gives the index under which a phase is stored.
 PHASES: tuple[Phase, ...] = get_args(Phase)

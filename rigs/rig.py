@@ -16,7 +16,7 @@ from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
 from rigs.catalogue import arranged, plated
 from rigs.fixtures import grips_on, largest_lateral, place, prescribe, pull
-from rigs.machine import instruments_of
+from rigs.machine import instruments_on
 from rigs.specimen import size_of
 from rigs.wires import hang_on_wires, sliding_hooks
 
@@ -186,7 +186,6 @@ def mount(
     model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
     for pair in grips.values():
         prescribe(pair, model.fixed)
-    driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
     work = Workspace(model)
     if relaxed and spec.rest_shape == "straight":
         *_, (_, state, _) = knit_in(work, state)
@@ -198,7 +197,7 @@ def mount(
         grips=grips,
         work=work,
         mounted=state.q.copy(),
-        instruments=instruments_of(driven, data, protocol.log),
+        instruments=instruments_on(protocol, data),
         breaks_at=spec.breaks_at,
         trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )

@@ -43,14 +43,19 @@ class Root:
         Derivatives there, as the search saw them.
     met : bool
         Whether every value is within 1 of zero, or jumps across it; if not, the box holds no such place.
+    jumps : bool
+        Whether a value jumps across zero there.
     """
 
     at: FloatArray
     slope: FloatArray
     met: bool
+    jumps: bool = False
 
 
-def find_root(function: Function, start: FloatArray, slope: FloatArray, box: FloatArray) -> Root | None:
+def find_root(
+    function: Function, start: FloatArray, slope: FloatArray, box: FloatArray, *, most: int = MOST_TRIALS
+) -> Root | None:
     """Search a box for where every value of a function lies within 1 of zero.
 
     Parameters
@@ -63,6 +68,8 @@ def find_root(function: Function, start: FloatArray, slope: FloatArray, box: Flo
         A guess of the derivatives.
     box : FloatArray, shape (2, n)
         Lowest and highest place; its middle is one where the function has values.
+    most : int
+        Places that are tried, at most.
 
     Returns
     -------
@@ -74,8 +81,8 @@ def find_root(function: Function, start: FloatArray, slope: FloatArray, box: Flo
     if value is None:
         return None
     if len(start) == 1:
-        return _in_bracket(function, float(at[0]), float(value[0]), float(slope[0, 0]), box[:, 0])
-    return _broyden(function, at, value, slope, box)
+        return _in_bracket(function, float(at[0]), float(value[0]), float(slope[0, 0]), box[:, 0], most)
+    return _broyden(function, at, value, slope, box, most)
 
 
 def _nearest(function: Function, wanted: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -89,13 +96,15 @@ def _nearest(function: Function, wanted: FloatArray, base: FloatArray) -> tuple[
     return base, function(base)
 
 
-def _in_bracket(function: Function, at: float, value: float, slope: float, box: FloatArray) -> Root | None:
+def _in_bracket(function: Function, at: float, value: float, slope: float, box: FloatArray, most: int) -> Root | None:
     """Search an interval for the root of a function that does not fall."""
     low, high = (float(edge) for edge in box)
     below, above, side = np.nan, np.nan, 0
-    for _ in range(MOST_TRIALS):
-        if abs(value) <= 1.0 or high - low <= NARROW * (box[1] - box[0]):
+    for _ in range(most):
+        if abs(value) <= 1.0:
             return _root(at, slope, met=True)
+        if high - low <= NARROW * (box[1] - box[0]):
+            return _root(at, slope, met=True, jumps=True)
         if value < 0.0:
             above = above * 0.5 if side < 0 else above
             low, below, side = at, value, -1
@@ -118,11 +127,13 @@ def _in_bracket(function: Function, at: float, value: float, slope: float, box: 
     return None
 
 
-def _broyden(function: Function, at: FloatArray, value: FloatArray, slope: FloatArray, box: FloatArray) -> Root | None:
+def _broyden(
+    function: Function, at: FloatArray, value: FloatArray, slope: FloatArray, box: FloatArray, most: int
+) -> Root | None:
     """Search a box of several unknowns."""
     reach, share = 0.5 * (box[1] - box[0]), 1.0
     last = at
-    for _ in range(MOST_TRIALS):
+    for _ in range(most):
         if np.abs(value).max() <= 1.0:
             if not np.array_equal(last, at):
                 function(at)
@@ -158,6 +169,6 @@ def _measured(function: Function, at: FloatArray, value: FloatArray, way: FloatA
     return measured
 
 
-def _root(at: float, slope: float, *, met: bool) -> Root:
+def _root(at: float, slope: float, *, met: bool, jumps: bool = False) -> Root:
     """Return a root of one unknown."""
-    return Root(at=np.array([at]), slope=np.array([[slope]]), met=met)
+    return Root(at=np.array([at]), slope=np.array([[slope]]), met=met, jumps=jumps)

@@ -8,7 +8,8 @@ found, from the last accepted equilibrium on, where
     F(u) = f                    for a force f, which may be zero.
 
 Every trial goes from that equilibrium anew, so that friction remembers one way alone. A force is met to
-`FORCE_TOLERANCE` of itself, a place to `PLACE_TOLERANCE` of what the machine gives.
+`FORCE_TOLERANCE` of itself, a place to `PLACE_TOLERANCE` of what the machine gives. Where no travel does, a force is
+also met within the dead band of its controller and what the solver leaves unbalanced.
 """
 
 from __future__ import annotations
@@ -18,17 +19,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import ConvergenceError
 from rigs.rig import read
-from rigs.roots import find_root
+from rigs.roots import MOST_TRIALS, find_root
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigs.bench import Bench
     from rigs.record import FloatArray
-    from rigs.rig import Train
+    from rigs.rig import Rig, Train
     from rigs.roots import Function
     from rigs.targets import Axis
     from rigs.way import Step
@@ -64,17 +66,20 @@ class Order:
         Whose strain is made.
     lead : float
         Displacement of the leader where its strain counts as none [m]; `place` is that of the axis itself.
+    dead_band : float
+        How far off a force may be before the controller acts [N].
     """
 
     place: float | None = None
     force: float | None = None
     leader: Axis | None = None
     lead: float = 0.0
+    dead_band: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Settled:
-    """Hold the equilibrium at which every axis obeys.
+    """Hold the equilibrium at which every axis obeys, or the one that came nearest to it.
 
     Attributes
     ----------
@@ -83,15 +88,26 @@ class Settled:
     crosshead : Mapping
         Where the crossheads stand [m].
     met : bool
-        Whether the orders are met; if not, an axis went as far as it may from row to row.
+        Whether the orders are met; if not, no travel was found that may be gone from row to row and meets them.
     slope : FloatArray, shape (n, n)
         What the search knows of the derivatives, for the next one.
+    duration : float
+        Time that the way there takes [s].
     """
 
     step: Step
     crosshead: Mapping[Axis, float]
     met: bool
     slope: FloatArray
+    duration: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """Hold an equilibrium that was tried, and by how much it misses what was asked, in the widest tolerance."""
+
+    step: Step
+    missed: float
 
 
 def needs_search(orders: Mapping[Axis, Order], trains: Mapping[Axis, Train]) -> tuple[Axis, ...]:
@@ -115,10 +131,16 @@ class Search:
         Largest strain between two equilibria on a trial's way [1].
     duration : float
         Time that the way takes [s].
+    reach : float
+        How far an axis may travel, in increments.
+    unbroken : bool
+        Whether the search ends at the first trial in which a fibre breaks.
+    most : int
+        Trials, at most.
     cost : Cost
         What was spent on all trials.
-    tried : Step or None
-        The last trial.
+    tried, nearest : Trial or None
+        The last trial, and the one that missed least.
     failure : ConvergenceError or None
         The last trial that came to nothing.
     """
@@ -127,12 +149,16 @@ class Search:
     orders: Mapping[Axis, Order]
     increment: float
     duration: float
+    reach: float = REACH
+    unbroken: bool = False
+    most: int = MOST_TRIALS
     cost: Cost = field(default_factory=Cost)
-    tried: Step | None = None
+    tried: Trial | None = None
+    nearest: Trial | None = None
     failure: ConvergenceError | None = None
 
     def settle(self, start: Mapping[Axis, float], slope: FloatArray | None) -> Settled:
-        """Return the equilibrium at which every axis obeys, or as near to it as one row may go.
+        """Return the equilibrium at which every axis obeys, or the nearest to it that was found.
 
         Parameters
         ----------
@@ -144,18 +170,20 @@ class Search:
         Raises
         ------
         ConvergenceError
-            If no such equilibrium is found.
+            If there is no equilibrium at any travel that was tried.
         """
         bench, rig = self.bench, self.bench.rig
         unknown = needs_search(self.orders, rig.trains)
         if not unknown:
             step = self._go({axis: order.place or 0.0 for axis, order in self.orders.items()})
-            return Settled(step=step, crosshead=step.displacement, met=True, slope=np.zeros((0, 0)))
+            return self._settled(step, np.zeros((0, 0)), met=True)
         here = np.array([bench.displacement[axis] for axis in unknown])
-        reach = np.array([REACH * self.increment * rig.gauges[axis] for axis in unknown])
+        reach = np.array([self.reach * self.increment * rig.gauges[axis] for axis in unknown])
         first = np.array([start[axis] for axis in unknown])
 
         def values(travel: FloatArray) -> FloatArray | None:
+            if self.unbroken and self.tried is not None and breaks(bench, self.tried.step):
+                return None
             known = {axis: order.place or 0.0 for axis, order in self.orders.items() if axis not in unknown}
             try:
                 step = self._go({**known, **dict(zip(unknown, travel.tolist(), strict=True))})
@@ -163,28 +191,43 @@ class Search:
                 self.failure = error
                 return None
             # A break that ends the test ends the search.
-            return np.zeros(len(unknown)) if step.final else self._misses(step, unknown)
+            missed, widest = (np.zeros(len(unknown)),) * 2 if step.final else self._misses(step, unknown)
+            self.tried = Trial(step=step, missed=float(np.abs(widest).max()))
+            if self.nearest is None or self.tried.missed < self.nearest.missed:
+                self.nearest = self.tried
+            return missed
 
-        guess = _probed(values, here, PROBE * reach) if slope is None else slope
-        root = None if guess is None else find_root(values, first, guess, np.stack([here - reach, here + reach]))
-        if root is None or self.tried is None:
+        guess = _probed(values, here, PROBE * REACH / self.reach * reach) if slope is None else slope
+        root = (
+            None
+            if guess is None
+            else find_root(values, first, guess, np.stack([here - reach, here + reach]), most=self.most)
+        )
+        if self.tried is None or self.nearest is None:
             raise self.failure or ConvergenceError("no travel of the axes meets what is asked of them")
-        step = replace(self.tried, cost=self.cost)
-        return Settled(step=step, crosshead=self.crosshead(step), met=root.met, slope=root.slope)
+        sudden = root is not None and root.jumps and any(self.orders[axis].force is not None for axis in unknown)
+        if root is not None and root.met and not sudden:
+            return self._settled(self.tried.step, root.slope, met=True)
+        # The solver carries on from the trial that was done last.
+        step = self._go(self.nearest.step.displacement) if self.nearest is not self.tried else self.tried.step
+        return self._settled(step, np.zeros((0, 0)) if root is None else root.slope, met=self.nearest.missed <= 1.0)
 
     def crosshead(self, step: Step) -> dict[Axis, float]:
         """Return where the crossheads stand at an equilibrium [m]."""
         return crosshead(self.bench.rig.trains, self.orders, step.displacement, read(step.rig, step.state).force)
 
+    def _settled(self, step: Step, slope: FloatArray, *, met: bool) -> Settled:
+        step = replace(step, cost=self.cost)
+        return Settled(step=step, crosshead=self.crosshead(step), met=met, slope=slope, duration=self.duration)
+
     def _go(self, travel: Mapping[Axis, float]) -> Step:
         """Return the equilibrium at some travels."""
         step = self.bench.reach(travel, duration=self.duration, increment=self.increment)
         self.cost += step.cost
-        self.tried = step
         return step
 
-    def _misses(self, step: Step, unknown: Sequence[Axis]) -> FloatArray:
-        """Return by how much each order is missed, in its tolerance."""
+    def _misses(self, step: Step, unknown: Sequence[Axis]) -> tuple[FloatArray, FloatArray]:
+        """Return by how much each order is missed (n,), in its tolerance and in the widest."""
         rig, force = self.bench.rig, read(step.rig, step.state).force
         stands = self.crosshead(step)
         largest = max(abs(one) for one in force.values())
@@ -193,17 +236,37 @@ class Search:
             order, train = self.orders[axis], rig.trains[axis]
             finest = FINEST_DIGIT * train.digit
             if order.force is not None:
-                bar = FORCE_TOLERANCE * (abs(order.force) or largest) + finest
-                missed.append((force[axis] - order.force) / bar)
-            elif order.leader is not None:
+                bar = force_bar(order.force, largest, train)
+                by = force[axis] - order.force
+                missed.append((by / bar, by / (bar + order.dead_band + unbalanced(rig))))
+                continue
+            if order.leader is not None:
                 strain = (stands[order.leader] - order.lead) / rig.gauges[order.leader]
-                missed.append(((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6)
+                by = ((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6
             else:
                 bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + PLACE_FINEST * rig.gauges[axis]
-                beyond = train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)
+                by = (train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)) / bar
                 open_ = force[axis] / (FORCE_TOLERANCE * largest + finest)
-                missed.append(min(beyond / bar, open_) if train.gap > 0.0 else beyond / bar)
-        return np.array(missed)
+                by = min(by, open_) if train.gap > 0.0 else by
+            missed.append((by, by))
+        fine, widest = np.array(missed).T
+        return fine, widest
+
+
+def breaks(bench: Bench, step: Step) -> bool:
+    """Tell whether a fibre breaks on the way to an equilibrium, and the test goes on."""
+    return len(step.rig.severed) > len(bench.rig.severed)
+
+
+def force_bar(asked: float, largest: float, train: Train) -> float:
+    """Return within what of a force an axis must come [N], the largest on the rig being given [N]."""
+    return FORCE_TOLERANCE * (abs(asked) or largest) + FINEST_DIGIT * train.digit
+
+
+def unbalanced(rig: Rig) -> float:
+    """Return the force that the solver may leave unbalanced on a specimen that carries hardly any [N]."""
+    model = rig.work.model
+    return Options().tolerance * model.force_floor * model.scales.force
 
 
 def crosshead(

@@ -10,9 +10,13 @@ from math import inf
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.equilibrium.stopwatch import Cost
+from knitlab_core.errors import ConvergenceError
 from rigs.endings import TOLERANCE, Ending
 from rigs.helm import helm_of
+from rigs.lost_control import lost_control
 from rigs.motion import PRELOAD_REACH
+from rigs.rig import read
+from rigs.servo import REACH, breaks
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -29,8 +33,17 @@ MOST_REFINEMENTS: Final = 40
 CLOSE: Final = 1e-3
 """Share of a stroke that is not worth a row of its own."""
 
-SLOWEST_PACE: Final = 1e-3
-"""Shortest share of such a stroke from row to row."""
+LONGEST: Final = 1.5
+"""Longest way of an axis from row to row in a stroke under a controlled force, in largest strain increments."""
+
+FARTHEST: Final = 20.0
+"""How far machines and axes without a controller may jump, in the same."""
+
+FEW: Final = 12
+"""Trials after a fibre broke under a controlled force: what others take over at once is found by then."""
+
+MOST_FAILURES: Final = 3
+"""Ways to the next row on which the solver may fail."""
 
 
 def steer(
@@ -60,28 +73,23 @@ def steer(
     """
     helm = helm_of(bench, stroke, watch)
     last, ending = watch.cut(bench.memory, bench.cursor.begun)
-    caught_up = True
     if helm.share > 0.0 and any(abs(image - helm.share) <= 1e-9 for image in images):
         # A test that goes on from this row took its picture after it.
         yield bench.pictured(bench.memory.image_tag)
     while not helm.stop():
-        if helm.share >= last and caught_up:
+        if helm.share >= last:
             return _short(helm) if stroke.stop_force is not None and ending is None else ending
-        ahead = [mark for mark in (*marks, *images, last) if mark > helm.share + 1e-9] or [last]
+        ahead = [mark for mark in (0.0, *marks, *images, last) if mark > helm.share + 1e-9] or [last]
         # A step that ends just short of a mark goes on to it: a way that begins beside its place is a little longer.
         aim, mark = helm.share + helm.pace, min(ahead)
         settled, share = _approach(helm, mark if aim > mark - CLOSE else aim)
-        caught_up = settled.met
-        share = share if caught_up else _lag(helm, settled, share)
+        if not settled.met:
+            return lost_control(helm, settled, share)
+        before = bench.displacement
         over = yield from _peaks(helm, settled, share)
         if over is not None:
             return over
-        _learn(helm, settled, share)
-        helm.share = share
-        bench.time = helm.time(share)
-        helm.note()
-        before = bench.displacement
-        row = bench.accept(settled.step, stroke, settled.crosshead)
+        row = helm.accept(settled, share, before)
         pictured = any(abs(image - share) <= 1e-9 for image in images)
         marked = any(abs(mark - share) <= 1e-9 for mark in marks)
         # Where the stroke ends a frame is kept in any case.
@@ -100,19 +108,23 @@ def steer(
 def _peaks(helm: Helm, settled: Settled, share: float) -> Generator[Equilibrium, None, Ending | None]:
     """Yield the rows right before the specimen jumps on the way to a share; return what ends the test at one.
 
-    A jump comes when the crosshead of the axis that goes farthest is where it was then. Between two jumps of one way
-    several axes are not in balance with what is asked of them: of these ways the first peak alone is a row.
+    A jump comes when a controlled force is what it was then, or else when the crosshead of the axis that goes farthest
+    is where it was. Between two jumps of one way several axes are not in balance with what is asked of them: of these
+    ways the first peak alone is a row.
     """
-    bench, stroke, begin = helm.bench, helm.stroke, helm.share
-    start = bench.crosshead
+    bench, stroke = helm.bench, helm.stroke
+    begun, start, peaks = helm.time(helm.share), bench.crosshead, settled.step.peaks
+    carried = read(bench.rig, bench.state).force
+    rising = [axis for axis, (first, last) in stroke.force.items() if first != last and helm.share >= 0.0]
     far = max(bench.rig.grips, key=lambda axis: abs(settled.crosshead[axis] - start[axis]) / bench.rig.gauges[axis])
-    way = settled.crosshead[far] - start[far]
-    peaks = settled.step.peaks
     for peak in peaks if len(bench.rig.grips) == 1 else peaks[:1]:
         crosshead = helm.crosshead(peak, share)
-        gone = (crosshead[far] - start[far]) / way if way != 0.0 else peak.share
-        helm.share = max(helm.share, begin + min(max(gone, 0.0), 1.0) * (share - begin))
-        bench.time = helm.time(helm.share)
+        if rising:
+            ends = (read(step.rig, step.state).force[rising[0]] for step in (peak, settled.step))
+            gone = _share_of(carried[rising[0]], *ends, otherwise=peak.share)
+        else:
+            gone = _share_of(start[far], crosshead[far], settled.crosshead[far], otherwise=peak.share)
+        bench.time = max(bench.time, begun + gone * settled.duration)
         # From here nothing can go on: the row after the jump is found from the row before this one.
         # Its cost counts with the row after it.
         yield bench.accept(replace(peak, place=None, cost=Cost()), stroke, crosshead)
@@ -122,35 +134,71 @@ def _peaks(helm: Helm, settled: Settled, share: float) -> Generator[Equilibrium,
     return None
 
 
+def _share_of(first: float, now: float, last: float, *, otherwise: float) -> float:
+    """Return the share of a way at which a value is [1]."""
+    return min(max((now - first) / (last - first), 0.0), 1.0) if last != first else otherwise
+
+
 def _approach(helm: Helm, share: float) -> tuple[Settled, float]:
     """Return the equilibrium at a share, or before it where a force ends the way or the knit strains too much.
 
     A fibre that ends the test by breaking ends it there.
     """
-    begin, bench = helm.share, helm.bench
-    found = helm.settle(share)
-    while helm.open_ended and found.met and share - begin > 2.0 * SLOWEST_PACE:
-        if bench.strain(bench.crosshead, found.crosshead) <= 1.5 * bench.increment:
-            break
-        share = begin + 0.5 * (share - begin)
-        helm.pace = share - begin
-        found = _with_cost(helm.settle(share), found)
+    found, share = _within_reach(helm, share)
     over = helm.excess(found, share)
     if over <= TOLERANCE or not found.met:
         return found, share
-    low, high, under = begin, share, _before(helm)
+    low, high, under = helm.share, share, _before(helm)
     for _ in range(MOST_REFINEMENTS):
         # Regula falsi, kept from either end: the force is nought while the knit is slack.
         share = low + (high - low) * min(max(under / (under - over), 0.1), 0.9)
         found = _with_cost(helm.settle(share), found)
         value = helm.excess(found, share)
-        if abs(value) <= TOLERANCE or (found.step.final and value < 0.0):
+        if found.met and (abs(value) <= TOLERANCE or (found.step.final and value < 0.0)):
             break
-        if value > 0.0:
-            high, over = share, value
+        if value > 0.0 or not found.met:
+            high, over = share, max(value, TOLERANCE)
         else:
             low, under = share, value
     return found, share
+
+
+def _within_reach(helm: Helm, share: float) -> tuple[Settled, float]:
+    """Return the equilibrium at a share, or so far before it that axes may go there from row to row.
+
+    Where they must travel too far, or what is asked is not met, the way is halved. It is not met where even the
+    shortest way has no such equilibrium; machines and axes without a controller go as far as they jump.
+    """
+    begin, finest, bench = helm.share, helm.finest(), helm.bench
+    controlled, limited = helm.stroke.force, helm.open_ended or helm.share < 0.0
+    spent, failures = Cost(), 0
+    while True:
+        shortest, found = share - begin <= 1.01 * finest, None
+        try:
+            found = helm.settle(share, FARTHEST if shortest else REACH, unbroken=bool(controlled))
+            if shortest and not found.met and controlled and breaks(bench, found.step):
+                taken_over = _with_cost(helm.settle(share, most=FEW), found)
+                found = taken_over if taken_over.met else found
+        except ConvergenceError:
+            failures += 1
+            if shortest or failures > MOST_FAILURES:
+                raise
+        if found is not None:
+            found = replace(found, step=replace(found.step, cost=found.step.cost + spent))
+            spent = found.step.cost
+            gone = bench.strains(bench.displacement, found.step.displacement)
+            far = any(
+                strain > LONGEST * bench.increment
+                for axis, strain in gone.items()
+                if limited and (axis in controlled or not shortest)
+            )
+            # Under a controlled force a break that ends the test may lie beyond what was asked.
+            if found.met and not far and (shortest or not (controlled and found.step.final)):
+                return found, share
+            if shortest:
+                return replace(found, met=False), share
+        share = max(begin + 0.5 * (share - begin), begin + finest)
+        helm.pace, helm.shortened = share - begin, True
 
 
 def _before(helm: Helm) -> float:
@@ -166,32 +214,6 @@ def _before(helm: Helm) -> float:
 def _with_cost(found: Settled, before: Settled) -> Settled:
     """Return an equilibrium with the cost of the trial before added to its own."""
     return replace(found, step=replace(found.step, cost=found.step.cost + before.step.cost))
-
-
-def _lag(helm: Helm, settled: Settled, share: float) -> float:
-    """Return the share at which axes that went as far as they may arrive there at their highest speed."""
-    bench, duration = helm.bench, helm.stroke.duration
-    time = max(
-        abs(at - bench.crosshead[axis]) / bench.rig.trains[axis].fastest for axis, at in settled.crosshead.items()
-    )
-    room = share - helm.share
-    if room <= 0.0 or time > room * duration:
-        helm.late += time - room * duration
-        return share
-    return helm.share + time / duration
-
-
-def _learn(helm: Helm, settled: Settled, share: float) -> None:
-    """Keep what helps the search at the next row, and its pace."""
-    bench, way = helm.bench, share - helm.share
-    travel = settled.step.displacement
-    if settled.met and way > 0.0:
-        helm.trend = {axis: (travel[axis] - at) / way for axis, at in bench.displacement.items()}
-    else:
-        helm.trend = {}
-    helm.slope = settled.slope if settled.slope.size else None
-    if helm.open_ended and bench.strain(bench.crosshead, settled.crosshead) < 0.5 * bench.increment:
-        helm.pace = min(2.0 * helm.pace, 0.25)
 
 
 def _short(helm: Helm) -> Ending:

@@ -24,7 +24,8 @@ class StepRecord:
     start, time : float
         When it began and ended, on the rig's clock [s].
     end : End
-        ``limit`` also where `until` ended it, ``timeout`` where its time did, ``rupture`` where the force dropped.
+        ``limit`` also where `until` ended it, ``timeout`` where its time did, ``rupture`` where the force dropped
+        because something broke, ``slipped`` where it dropped though nothing did.
     message : str
         One line for the user; empty when there is nothing to add.
     """

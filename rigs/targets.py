@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 Axis: TypeAlias = Literal["C", "W", "P"]
 Control: TypeAlias = Literal["strain", "displacement", "force"]
+Side: TypeAlias = Literal[">", "<"]
 
 AXES: Final[tuple[Axis, ...]] = ("C", "W", "P")
 """Directions of a knit: course x, wale y, pile z."""
@@ -67,24 +68,35 @@ class Target:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Bound:
+    """Be a level with the side of it that counts: at or above ('>'), at or below ('<')."""
+
+    side: Side
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Until:
-    """Say what ends a step before its target; what is met first does. At least one must be given.
+    """Say what ends a step before its target; what is met first does, at once if it is met when the step begins.
+
+    At least one must be given. A bare level is passed as the step goes: at or above it where the step pulls, at or
+    below it where a ramp lets go, from whichever side in a hold.
 
     Parameters
     ----------
-    force : float or None
-        The load cell of an axis that the step drives shows this force [N], from whichever side.
-    strain, displacement : float or None
-        Such an axis is as far [1], [m] from the last zero, from whichever side.
+    force : float, Bound or None
+        The load cell of an axis that the step drives shows this force [N].
+    strain, displacement : float, Bound or None
+        Such an axis is as far [1], [m] from the last zero.
     time : float or None
         Time since the step began [s].
     drop : float or None
         Such an axis' force fell by this share [1] below its peak within the step.
     """
 
-    force: float | None = None
-    strain: float | None = None
-    displacement: float | None = None
+    force: float | Bound | None = None
+    strain: float | Bound | None = None
+    displacement: float | Bound | None = None
     time: float | None = None
     drop: float | None = None
 
@@ -92,12 +104,22 @@ class Until:
         given = [field.name for field in fields(self) if getattr(self, field.name) is not None]
         require(len(given) > 0, "until", "nothing", "one or more of force, strain, displacement, time and drop")
         kinds: tuple[Control, ...] = ("strain", "displacement", "force")
-        levels = [(kind, level) for kind in kinds if (level := getattr(self, kind)) is not None]
+        levels = [(kind, level) for kind in kinds if (level := self.level(kind)) is not None]
         require_all(
             *(partial(require_level, kind, level, f"until.{kind}") for kind, level in levels),
             *(() if self.time is None else (partial(require_time, "until.time", self.time),)),
             *(() if self.drop is None else (partial(require_drop, "until.drop", self.drop),)),
         )
+
+    def level(self, kind: Control) -> float | None:
+        """Return the level of a kind, without its side."""
+        given = getattr(self, kind)
+        return given.value if isinstance(given, Bound) else given
+
+    def side(self, kind: Control) -> Side | None:
+        """Return the side that is said of a level."""
+        given = getattr(self, kind)
+        return given.side if isinstance(given, Bound) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

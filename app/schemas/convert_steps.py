@@ -223,9 +223,9 @@ def _written_until(until: Until | None) -> dict[str, Any] | None:
     if until is None:
         return None
     return _given(
-        force=None if until.force is None else write(until.force, "force"),
-        strain=until.strain,
-        displacement=None if until.displacement is None else write(until.displacement, "length"),
+        force=_written_bound("force", until),
+        strain=_written_bound("strain", until),
+        displacement=_written_bound("displacement", until),
         time=None if until.time is None else _time(until.time),
         drop=until.drop,
     )
@@ -240,6 +240,14 @@ def _written_log(log: StepLog | None) -> dict[str, Any] | None:
         events=None if log.events is None else write(log.events, "frequency"),
         every_cycle=log.every_cycle,
     )
+
+
+def _written_bound(kind: Control, until: Until) -> float | str | None:
+    """Return a level that ends a step, with its side if one is said."""
+    level, side = until.level(kind), until.side(kind)
+    if level is None or side is None:
+        return None if level is None else _written(kind, level)
+    return f"{side} {level!r}" if kind == "strain" else f"{side} {_written(kind, level)}"
 
 
 def _rate(rate: Rate) -> str:

@@ -17,12 +17,16 @@ from app.schemas.values import (
     AnyRate,
     Every,
     Force,
+    ForceBound,
     Frequency,
     Label,
     Length,
+    LengthBound,
     Level,
     Strain,
+    StrainBound,
     Time,
+    bounds,
     refuse,
 )
 from app.units import Dimension, allowed, parse
@@ -33,7 +37,9 @@ _AXES: Final = "a list of axes, such as [C, W]"
 _COUNT: Final = "a whole number from 1"
 _DROP: Final = "a share of the peak, such as 60 %"
 _CONTROL: Final = "strain, displacement or force: what follows its course at the rate"
-_UNTIL: Final = "a mapping of what ends the step early, such as {force: 2 N}, {time: 20 s} or {drop: 60 %}"
+_UNTIL: Final = (
+    "a mapping of what ends the step early, such as {force: 2 N}, {force: '< 0.1 N'}, {time: 20 s} or {drop: 60 %}"
+)
 EVENTS: Final = f"the rate near jumps of the specimen, {allowed('frequency')}"
 EVERY_CYCLE: Final = "a whole number n from 1: the first, the last and every n-th cycle of a step cycle is logged"
 _LOG: Final = "a mapping of how the step is logged, such as {rate: 1 Hz} or {rate: 1 Hz, events: 100 Hz}"
@@ -51,11 +57,15 @@ class ZeroModel(Model):
 
 
 class UntilModel(Model):
-    """Say what ends a step before its target; what is met first does."""
+    """Say what ends a step before its target; what is met first does, at once if it is met when the step begins.
 
-    force: Force | None = Field(default=None, description=allowed("force"))
-    strain: Strain | None = Field(default=None, description=allowed("strain"))
-    displacement: Length | None = Field(default=None, description=allowed("length"))
+    A level without a side is passed as the step goes: at or above it where the step pulls, at or below it where a ramp
+    lets go, from whichever side in a hold.
+    """
+
+    force: ForceBound | None = Field(default=None, description=bounds("force"))
+    strain: StrainBound | None = Field(default=None, description=bounds("strain"))
+    displacement: LengthBound | None = Field(default=None, description=bounds("length"))
     time: Time | None = Field(default=None, description=allowed("time"))
     drop: Strain | None = Field(default=None, description=_DROP)
 
@@ -156,7 +166,10 @@ class CycleModel(Model):
 
 
 class UntilRuptureModel(Model):
-    """Drive axes on until the force drops or the specimen tears."""
+    """Drive axes on until the force drops or the specimen tears.
+
+    A drop is a rupture where something broke since the peak, and a slip where nothing did.
+    """
 
     axes: list[Axis] = Field(description=_AXES)
     rate: AnyRate = Field(description=RATE)

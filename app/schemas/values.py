@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal, cast
 
 from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -11,7 +11,10 @@ from pydantic_core import PydanticCustomError
 from app.schemas.errors import shown
 from app.units import Dimension, allowed, parse
 from knitlab_core.errors import SpecificationError, UnitError
-from rigs.targets import ForceRate, Rate, StrainRate
+from rigs.targets import Bound, ForceRate, Rate, StrainRate
+
+if TYPE_CHECKING:
+    from rigs.targets import Side
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +70,28 @@ def _rate(value: object) -> Rate:
     raise refuse(RATE)
 
 
+def bounds(dimension: Dimension) -> str:
+    """Return how an error describes a level with the side that counts."""
+    return f"{allowed(dimension)}, or with the side that counts, such as '> {_EXAMPLES[dimension]}'"
+
+
+_EXAMPLES: Final = {"force": "50 mN", "strain": "40 %", "length": "8 mm"}
+
+
+def _bound(dimension: Dimension, value: object) -> float | Bound:
+    """Return a level, with its side if one is said."""
+    side = value.strip()[:1] if isinstance(value, str) else ""
+    try:
+        if side in {">", "<"}:
+            level = str(value).strip()[1:].strip()
+            # A strain may be a bare number, which is a text here.
+            number = level if dimension != "strain" or level.endswith("%") else float(level)
+            return Bound(side=cast("Side", side), value=parse(number, dimension))
+        return parse(value, dimension)
+    except (UnitError, ValueError) as error:
+        raise refuse(bounds(dimension)) from error
+
+
 LEVEL: Final = "a strain, or with its unit a displacement or a force, as control says, such as 0.4, 8 mm or 0.2 N"
 
 
@@ -117,6 +142,17 @@ Strain = Annotated[
     BeforeValidator(partial(_quantity, "strain")),
     WithJsonSchema({"type": ["number", "string"], "description": allowed("strain")}),
 ]
+
+
+def _bound_schema(dimension: Dimension) -> WithJsonSchema:
+    """Return how the published schema describes a level with its side."""
+    kinds = ["number", "string"] if dimension == "strain" else "string"
+    return WithJsonSchema({"type": kinds, "description": bounds(dimension)})
+
+
+ForceBound = Annotated[float | Bound, PlainValidator(partial(_bound, "force")), _bound_schema("force")]
+StrainBound = Annotated[float | Bound, PlainValidator(partial(_bound, "strain")), _bound_schema("strain")]
+LengthBound = Annotated[float | Bound, PlainValidator(partial(_bound, "length")), _bound_schema("length")]
 Every = Annotated[
     float | Literal["off"], PlainValidator(_every), WithJsonSchema({"type": "string", "description": EVERY})
 ]

@@ -34,6 +34,7 @@ from rigs.protocol import (
     UntilRupture,
     Zero,
 )
+from rigs.targets import Bound
 
 STAGE_AXES: st.SearchStrategy[tuple[Axis, ...]] = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
 WAYS: st.SearchStrategy[Rate] = st.floats(1e-9, 1.0) | st.builds(StrainRate, value=st.floats(1e-9, 100.0))
@@ -48,11 +49,19 @@ PLACES = st.builds(Target, kind=st.just("strain"), value=STRAINS) | st.builds(
 )
 CHANNELS = st.sampled_from([("force",), ("displacement",), ("force", "displacement")])
 TIMES = st.floats(1e-9, 1e7)
+SIDES = st.sampled_from([">", "<"])
+
+
+def bounds(levels: st.SearchStrategy[float]) -> st.SearchStrategy[float | Bound | None]:
+    """Return levels that end a step, some with the side that counts."""
+    return st.none() | levels | st.builds(Bound, side=SIDES, value=levels)
+
+
 ENDS = st.none() | st.builds(
     Until,
-    force=st.none() | FORCES,
-    strain=st.none() | STRAINS,
-    displacement=st.none() | LENGTHS,
+    force=bounds(FORCES),
+    strain=bounds(STRAINS),
+    displacement=bounds(LENGTHS),
     time=TIMES,
     drop=st.none() | st.floats(1e-6, 1.0),
 )

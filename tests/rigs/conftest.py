@@ -45,6 +45,8 @@ def mount_knit() -> Callable[..., Mounted]:
         layers: int | None = None,
         others: Others = "hold",
         noise: bool = False,
+        seed: int = 0,
+        nodes: int = 24,
         hook: Hook = "pin",
         pole_friction: float | None = None,
         **specimen: Any,  # noqa: ANN401 (handed through)
@@ -56,7 +58,7 @@ def mount_knit() -> Callable[..., Mounted]:
             layers=1 if layers is None else layers,
             loop_width=8e-3,
             friction=friction,
-            nodes_per_loop=24,
+            nodes_per_loop=nodes,
             **{"material": "RGD8530-DM", **specimen},
         )
         protocol = Protocol(
@@ -68,7 +70,7 @@ def mount_knit() -> Callable[..., Mounted]:
             steps=steps,
             hook=hook,
             pole_friction=pole_friction,
-            log=LogSpec(noise=noise),
+            log=LogSpec(noise=noise, seed=seed),
             max_strain_increment=increment,
         )
         machines = machines_of(protocol)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from app.cli import main
+from app.export import export_run
 from app.run_reader import RunReader
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.newton import Options
@@ -73,8 +74,53 @@ def test_ctrl_c_keeps_what_was_recorded(tmp_path: Path) -> None:
     assert err.splitlines()[-1] == (
         f"{protocol}: abort: {run.outcome.message}; go on with: knitlab resume {tmp_path / 'run'}"
     )
+    # The step under way is recorded as far as it went.
+    under_way = run.steps[-1]
+    assert (under_way.end, under_way.start) == ("abort", 0.0)
+    assert under_way.time == run.trace.columns["time"][-1] > 0.0
     rows = len(run.samples["biaxial-hook"].time)
     assert (tmp_path / "run" / "tiny.csv").read_bytes().count(b"\r\n") == rows + 1
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is Unix")
+def test_a_killed_run_is_exported_up_to_its_last_row(tmp_path: Path) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(PROTOCOL, encoding="utf-8")
+    process = run_cli("run", protocol, "--out", tmp_path / "run", "--quiet")
+    record = tmp_path / "run" / "run.h5"
+    deadline = time.monotonic() + 240.0
+    while rows_in(record) < 5:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
+    process.kill()
+    process.communicate()
+    run = RunReader(record)
+    reached = run.trace.columns["time"][-1]
+    assert [step.end for step in run.steps] == ["target", "abort"]
+    assert run.steps[-1].time == reached > 0.0
+    (path,) = export_run(record, out=tmp_path / "log")
+    # One sample at every tick of 5 Hz up to the last row.
+    assert path.read_bytes().count(b"\r\n") == int(5.0 * reached + 1e-9) + 1 + 1
+
+
+@pytest.mark.usefixtures("quick_pictures")
+def test_the_progress_of_an_interrupted_run_stays_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(PROTOCOL, encoding="utf-8")
+    shown: list[tuple[float, str]] = []
+
+    def interrupted(*arguments: Any) -> Any:  # noqa: ANN401 (handed through)
+        for number, event in enumerate(perform(*arguments)):
+            if number > 12:
+                raise KeyboardInterrupt
+            yield event
+
+    monkeypatch.setattr("app.carry_out.perform", interrupted)
+    result = run_protocol(protocol, tmp_path / "run", lambda share, text: shown.append((share, text)))
+    assert result.outcome == "abort"
+    assert shown[-1][1] == "interrupted"
+    assert 0.0 < max(share for share, _ in shown) == shown[-1][0] < 0.01
 
 
 def rows_in(record: Path) -> int:

@@ -24,8 +24,8 @@ from app.service.folder import JobFolder
 from app.service.settings import settings
 from app.service.store import Store, StoreAwayError
 from knitlab_core.errors import FormatError
-from tests.service.serving import served
-from tests.service.test_rest import YAML, problem
+from tests.service.serving import problem, served
+from tests.service.test_rest import YAML
 from tests.service.test_resume import CHILD, ROOT, SHORT
 from tests.unit.test_runs import writer
 

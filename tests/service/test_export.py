@@ -76,10 +76,10 @@ def test_what_cannot_be_exported_is_said_in_one_line(
     assert said.err.count("\n") == 1
 
 
-def test_a_run_without_samples_or_record_is_said_in_one_line(tmp_path: Path, say: Callable[..., Said]) -> None:
+def test_a_run_without_rows_or_record_is_said_in_one_line(tmp_path: Path, say: Callable[..., Said]) -> None:
     said = say(tmp_path)
     assert (said.code, said.err) == (2, f"{tmp_path / 'run.h5'}: no such file or directory\n")
-    make_run(tmp_path / "run.h5", sampled=False)
+    make_run(tmp_path / "run.h5", [], sampled=False)
     said = say(tmp_path)
     assert said.code == 2
-    assert said.err == "run.channels: found 'none', allowed a run that was sampled to its end\n"
+    assert said.err == "run.equilibria: found 'none', allowed a run with a row or more\n"

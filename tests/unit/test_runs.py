@@ -195,9 +195,6 @@ def test_log_is_exported_from_the_record(tmp_path: Path) -> None:
         export_log(run, tmp_path, "none")
     with pytest.raises(SpecificationError, match="a run on uniaxial-frame"):
         export_log(run, tmp_path, "bluehill3")
-    cut_off = make_run(tmp_path / "cut.h5", sampled=False)
-    with pytest.raises(SpecificationError, match="sampled to its end"):
-        export_log(cut_off, tmp_path, "biotester")
 
 
 def test_a_record_with_a_name_that_leaves_the_folder_is_refused(tmp_path: Path) -> None:

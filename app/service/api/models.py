@@ -205,7 +205,7 @@ class JobView(Answer):
     started: datetime | None
     finished: datetime | None
     attempts: int = Field(description="how often its process was started")
-    end: str | None = Field(description="target, rupture, limit ...; of a failed job what stopped it")
+    end: str | None = Field(description="target, rupture, slipped, limit ...; of a failed job what stopped it")
     message: str
     progress: ProgressView
     sweep: str | None
