@@ -23,7 +23,7 @@ from app.service.api.context import Context
 from app.service.folder import JobFolder
 from app.service.settings import settings
 from app.service.store import Store, StoreAwayError
-from knitlab_core.errors import FormatError
+from knitlab_core.errors import SpecificationError
 from tests.service.serving import problem, served
 from tests.service.test_rest import YAML
 from tests.service.test_resume import CHILD, ROOT, SHORT
@@ -157,7 +157,7 @@ def test_a_killed_run_is_exported_up_to_its_last_row(whole: Path, tmp_path: Path
 
 def test_a_run_killed_before_its_first_row_has_no_log(tmp_path: Path) -> None:
     writer(tmp_path / "run.h5")._let_go()
-    with pytest.raises(FormatError, match="killed before its first"):
+    with pytest.raises(SpecificationError, match="allowed a run with a row or more"):
         export_run(tmp_path)
 
 
