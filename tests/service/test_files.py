@@ -16,7 +16,7 @@ from app.service.folder import JobFolder
 from app.service.jobs import Job, JobSpec
 from app.service_errors import ServiceError
 from app.watching import _inside
-from tests.service.test_rest import problem
+from tests.service.serving import problem
 from tests.synthetic_run import make_run
 
 if TYPE_CHECKING:

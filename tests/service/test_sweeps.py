@@ -18,8 +18,8 @@ from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP
 from app.service.api.sweeping import swept
 from app.service.api.turns import Turns
-from tests.service.serving import served
-from tests.service.test_rest import YAML, problem
+from tests.service.serving import problem, served
+from tests.service.test_rest import YAML
 
 if TYPE_CHECKING:
     from app.service.store import Store

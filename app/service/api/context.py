@@ -25,9 +25,9 @@ class Context:
     bounds : Bounds
         What one request may ask for.
     thinking : CapacityLimiter
-        Threads for looks at a protocol, so that those that answer all else stay free.
-    sweeping, drawing : Turns
-        Turns to look at a sweep, to draw a picture.
+        Threads for looks at small protocols, so that those that answer all else stay free.
+    checking, sweeping, drawing : Turns
+        Turns to look at a large protocol, to look at a sweep, to draw a picture.
     closing : Event
         Set when the service is about to stop: streams end, their clients come again.
     """
@@ -36,10 +36,15 @@ class Context:
     token: str | None = None
     bounds: Bounds = field(default_factory=Bounds)
     thinking: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(4))
+    checking: Turns = field(
+        default_factory=lambda: Turns(what="other large protocols are being looked at", again=10, patience=30.0)
+    )
     # A client that gave up and asks again waits here, and takes no processor from the first.
     sweeping: Turns = field(default_factory=lambda: Turns(what="other sweeps are being looked at", again=30))
     # Drawing takes hundreds of MB too.
-    drawing: Turns = field(default_factory=lambda: Turns(what="other pictures are being drawn", again=10))
+    drawing: Turns = field(
+        default_factory=lambda: Turns(what="other pictures are being drawn", again=10, patience=30.0)
+    )
     closing: Event = field(default_factory=Event)
 
 

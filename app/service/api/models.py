@@ -105,7 +105,8 @@ class RigView(Answer):
     name: str
     axes: list[str]
     mounts_one: bool = Field(description="whether only the axis along the frame is driven")
-    others: str = Field(description="what becomes of an axis that a step does not drive")
+    others: list[str] = Field(description="what a protocol may ask of axes that a step does not drive")
+    others_default: str | None = Field(description="what holds where a protocol asks nothing; null: it has to say")
     machines: list[str]
     dialects: list[str] = Field(description="dialects of the logs of its machines")
 
@@ -255,8 +256,8 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
         401: "A token is needed",
         403: "The request comes from another site",
         404: "There is no such thing",
-        408: "The body took too long",
-        409: "Not there yet",
+        408: "The request took too long",
+        409: "Not there yet, or not ended yet",
         413: "The body is too large",
         415: "The body is neither JSON nor YAML",
         416: "The range is not in the file",

@@ -5,8 +5,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any, get_args
 
-import anyio
-from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
@@ -14,9 +12,11 @@ from app.check import build_specimen, describe, dry_run
 from app.pictures import specimen_picture
 from app.plan_tables import plan_data
 from app.rig_data import read_machine
+from app.schemas import Loaded
 from app.schemas.material_files import known_materials
 from app.service.api.bodies import Submission, read_raw, submission
-from app.service.api.bounds import Bounds, check_protocol, check_rows
+from app.service.api.bounds import Bounds, check_rows
+from app.service.api.checking import look
 from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
@@ -25,9 +25,6 @@ from rigs.catalogue import CATALOGUE, MachineName
 from rigs.logs.catalogue import LOGS
 
 router = APIRouter(tags=["laboratory"])
-
-_PATIENCE = 30.0
-"""How long a picture may wait for its turn [s]."""
 
 Name = Annotated[
     str, Query(max_length=64, description="Name of a protocol that gives itself none.", examples=["biaxial_cycle"])
@@ -53,7 +50,8 @@ def rigs() -> RigList:
                 "name": name,
                 "axes": rig.axes,
                 "mounts_one": rig.mounts_one,
-                "others": rig.sides,
+                "others": rig.others,
+                "others_default": None,
                 "machines": machines,
                 "dialects": [dialect for dialect, log in LOGS.items() if set(log.machines) <= set(machines)],
             }
@@ -74,18 +72,16 @@ def materials() -> MaterialList:
 @router.post(
     "/v1/protocols:validate",
     summary="Say what a protocol would do, without physics",
-    responses=problems(400, 408, 413, 415, 422),
+    responses=problems(400, 408, 413, 415, 422, 503),
     openapi_extra=PROTOCOL_BODY,
 )
 async def validate(sent: Sent, here: Here) -> PlanView:
     """Return strokes, duration, rows, limits that would be passed and the arc-length budget; or what is wrong."""
-    return await run_sync(_planned, sent, here.bounds, limiter=here.thinking)
+    return await look(here, sent, _planned)
 
 
-def _planned(sent: Submission, bounds: Bounds) -> PlanView:
+def _planned(loaded: Loaded, bounds: Bounds) -> PlanView:
     """Return what a protocol would do."""
-    loaded = sent.load()
-    check_protocol(loaded.protocol, bounds)
     plan = dry_run(loaded)
     check_rows(plan.rows, bounds)
     return PlanView.model_validate(plan_data(plan))
@@ -104,31 +100,17 @@ def _planned(sent: Submission, bounds: Bounds) -> PlanView:
 async def preview(request: Request, sent: Sent, here: Here) -> Any:  # noqa: ANN401 (facts, or a picture)
     """Return what is known of a specimen before any physics; with `Accept: image/png` its picture."""
     if "image/png" not in request.headers.get("accept", ""):
-        return await run_sync(_described, sent, here.bounds, limiter=here.thinking)
-    with here.drawing.line():
-        try:
-            with anyio.fail_after(_PATIENCE):
-                await here.drawing.limiter.acquire()
-        except TimeoutError as error:
-            raise here.drawing.refusal() from error
-        try:
-            # The turn is held already: this asks for a thread alone, and no timeout ends a picture half-way.
-            content = await run_sync(_drawn, sent, here.bounds, limiter=here.thinking)
-        finally:
-            here.drawing.limiter.release()
+        return await look(here, sent, _described)
+    content = await look(here, sent, _drawn, turns=here.drawing)
     return Response(content, media_type="image/png")
 
 
-def _described(sent: Submission, bounds: Bounds) -> SpecimenView:
+def _described(loaded: Loaded, _: Bounds) -> SpecimenView:
     """Return what is known of a specimen."""
-    loaded = sent.load()
-    check_protocol(loaded.protocol, bounds)
     return SpecimenView.model_validate(specimen_data(loaded.protocol, describe(build_specimen(loaded))))
 
 
-def _drawn(sent: Submission, bounds: Bounds) -> bytes:
+def _drawn(loaded: Loaded, _: Bounds) -> bytes:
     """Return the picture of a specimen."""
-    loaded = sent.load()
-    check_protocol(loaded.protocol, bounds)
     with TemporaryDirectory() as folder:
         return specimen_picture(build_specimen(loaded), Path(folder) / "specimen.png").path.read_bytes()

@@ -26,7 +26,8 @@ async def sweep_body(request: Request) -> list[JobSpec]:
         raw = await read_raw(request, bounds.sweep_body)
         if raw.kind != "json":
             raise ProblemError("media-type", "content-type: found YAML, allowed application/json")
-        return await run_sync(lambda: swept(parse_json(raw.text), bounds), limiter=here.sweeping.limiter)
+        async with here.sweeping.turn(len(raw.text)):
+            return await run_sync(lambda: swept(parse_json(raw.text), bounds), limiter=here.sweeping.limiter)
 
 
 @router.post(
