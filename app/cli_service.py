@@ -1,4 +1,4 @@
-"""Add the commands that talk to a service, and the one that is it."""
+"""Add the commands that talk to a service."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from app.exit_codes import INTERRUPTED
-from app.service.address import DEFAULT_SERVER, PORT
+from app.service.address import DEFAULT_SERVER
 from app.service.jobs import State  # noqa: TC001 (typer reads the annotations)
-from app.terminal import ProtocolPath, complain
+from app.terminal import ProtocolPath, Token, complain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 JobId = Annotated[str, typer.Argument(metavar="ID", help="Id of a job, as `knitlab submit` prints it.")]
 Server = Annotated[
     str, typer.Option(envvar="KNITLAB_SERVER", help="Address of the service.", show_envvar=True, metavar="URL")
-]
-Token = Annotated[
-    str | None,
-    typer.Option(envvar="KNITLAB_TOKEN", help="Token of the service.", show_envvar=True, show_default=False),
 ]
 Out = Annotated[
     Path | None,
@@ -129,29 +125,39 @@ def cancel(job: JobId, *, server: Server = DEFAULT_SERVER, token: Token = None, 
 
 
 @remote.command(
-    short_help="Serve: the API, and jobs in so many slots.",
-    epilog="\b\nExample:\n  knitlab serve --slots 2",
+    short_help="Delete jobs that have ended, and their files.",
+    epilog="\b\nExample:\n  knitlab delete 3f2a9c0d41e65b78 8b1e4d7706f3a25c",
 )
-def serve(
+def delete(
+    jobs: Annotated[list[str], typer.Argument(metavar="ID...", help="Ids of jobs, as `knitlab jobs` lists them.")],
     *,
-    slots: Annotated[int, typer.Option(help="Jobs that run at once; 0 for the API alone.", min=0, max=1024)] = 2,
-    host: Annotated[str, typer.Option(help="Address to listen on; any but this machine's own needs a token.")] = (
-        "127.0.0.1"
-    ),
-    port: Annotated[int, typer.Option(help="Port; 0 for a free one.", min=0, max=65535)] = PORT,
-    data: Annotated[
-        Path | None,
-        typer.Option(envvar="KNITLAB_DATA", help="Data folder.", show_default="knitlab-data", file_okay=False),
-    ] = None,
+    server: Server = DEFAULT_SERVER,
     token: Token = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Serve until Ctrl-C: the API, and so many jobs at a time. Jobs that run go on at the next start.
+    """Delete jobs that have ended, and their files, for good; one that has not ended is to be cancelled first.
 
-    The documentation of the API is at /docs. KNITLAB_DB=postgresql://... shares one queue among many machines.
+    Each id is tried; exit code 2 if some job is not deleted.
     """
-    from app.service.serving import serve as serve_until_stopped  # noqa: PLC0415
+    from app.exit_codes import USAGE  # noqa: PLC0415
+    from app.service_errors import ServiceError  # noqa: PLC0415
+    from app.tables import print_json  # noqa: PLC0415
 
-    serve_until_stopped(host=host, port=port, slots=slots, data=data, token=token)
+    gone = []
+    with _client(server, token) as client:
+        for job in jobs:
+            try:
+                client.delete(job)
+            except ServiceError as error:
+                complain(str(error))
+                continue
+            gone.append(job)
+            if not as_json:
+                sys.stdout.write(f"deleted {job}\n")
+    if as_json:
+        print_json({"deleted": gone})
+    if len(gone) < len(jobs):
+        raise typer.Exit(USAGE)
 
 
 @jobs.callback()

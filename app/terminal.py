@@ -21,6 +21,10 @@ MOST_MISTAKES: Final = 20
 
 ProtocolPath = Annotated[Path, typer.Argument(metavar="PROTOCOL", help="Protocol file (YAML).", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")]
+Token = Annotated[
+    str | None,
+    typer.Option(envvar="KNITLAB_TOKEN", help="Token of the service.", show_envvar=True, show_default=False),
+]
 Chosen = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Value for one of its params; may be repeated."),

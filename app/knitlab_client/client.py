@@ -165,6 +165,10 @@ class Client:
         """Let a paused job go on."""
         return job_of(self._json("POST", f"/v1/jobs/{_safe(job)}/resume"))
 
+    def delete(self, job: str) -> None:
+        """Delete a job that has ended, and its files."""
+        self._send("DELETE", f"/v1/jobs/{_safe(job)}")
+
     def files(self, job: str) -> tuple[File, ...]:
         """Return the files of a job."""
         return tuple(file_of(one) for one in self._json("GET", f"/v1/jobs/{_safe(job)}/files")["files"])
@@ -234,13 +238,18 @@ class Client:
     def _json(self, method: str, path: str, **given: Any) -> Any:  # noqa: ANN401 (what JSON holds)
         """Return the JSON of an answer."""
         try:
-            response = self._http.request(method, path, **given)
-            _check(response)
-            return response.json()
-        except httpx.TransportError as error:
-            raise UnreachableError(self.server, _reason(error)) from error
+            return self._send(method, path, **given).json()
         except ValueError as error:
             raise UnreachableError(self.server, "what answers is not knitlab") from error
+
+    def _send(self, method: str, path: str, **given: Any) -> httpx.Response:  # noqa: ANN401 (what a request may have)
+        """Return an answer that refuses nothing."""
+        try:
+            response = self._http.request(method, path, **given)
+        except httpx.TransportError as error:
+            raise UnreachableError(self.server, _reason(error)) from error
+        _check(response)
+        return response
 
     def _fetch(self, path: str, target: Path, params: Mapping[str, str] | None = None) -> Path:
         """Write an answer to a file, whole or not at all."""

@@ -158,10 +158,13 @@ def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None
 
 
 def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
-    """Return what the store wants of jobs that run."""
-    query = sa.select(jobs.c.id, jobs.c.owner, jobs.c.state, jobs.c.wanted).where(jobs.c.id.in_(list(running)))
+    """Return what the store wants of jobs that run; one that has been deleted is nobody's."""
+    asked = list(running)
+    query = sa.select(jobs.c.id, jobs.c.owner, jobs.c.state, jobs.c.wanted).where(jobs.c.id.in_(asked))
     with store.engine.begin() as connection:
-        return {row.id: Order(owner=row.owner, state=row.state, wanted=row.wanted) for row in connection.execute(query)}
+        found = {row.id: row for row in connection.execute(query)}
+    gone = {job: Order(owner=None, state="deleted", wanted=None) for job in asked}
+    return gone | {job: Order(owner=row.owner, state=row.state, wanted=row.wanted) for job, row in found.items()}
 
 
 def _patiently(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT:

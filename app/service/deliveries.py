@@ -32,6 +32,13 @@ AGAIN, SINGLE, SWEEP = 5, 10, 20
 and who waits for one job does not wait for a sweep."""
 
 
+_ALIVE: Final = ("ENQUEUED", "DELAYED", "PENDING")
+"""States of deliveries that wait or are being worked on."""
+
+_AT_ONCE: Final = 1000
+"""Deliveries that one transaction deletes."""
+
+
 def delivery_id(job: str, number: int) -> str:
     """Return the id of a job's n-th delivery.
 
@@ -106,10 +113,22 @@ def takers(client: DBOSClient) -> set[str]:
 def forgotten(client: DBOSClient, rows: sa.Select[RowT], delivery: sa.ColumnElement[str]) -> list[sa.Row[RowT]]:
     """Return those rows whose delivery neither waits in the queue nor is being worked on."""
     status, _ = _tables(client)
-    alive = status.c.status.in_(("ENQUEUED", "DELAYED", "PENDING"))
+    alive = status.c.status.in_(_ALIVE)
     query = rows.where(~sa.exists().where(status.c.workflow_uuid == delivery, alive))
     with _database(client).begin() as connection:
         return list(connection.execute(query).all())
+
+
+def forget_ended(client: DBOSClient, before: float) -> int:
+    """Delete some deliveries that ended before a moment [s since the epoch]; return how many, 0 when none are left."""
+    status, _ = _tables(client)
+    ended = status.c.status.not_in(_ALIVE)
+    query = sa.select(status.c.workflow_uuid).where(status.c.queue_name == QUEUE, ended)
+    with _database(client).begin() as connection:
+        ids = list(connection.scalars(query.where(status.c.updated_at < round(1e3 * before)).limit(_AT_ONCE)))
+    if ids:
+        client.delete_workflows(ids)
+    return len(ids)
 
 
 def _database(client: DBOSClient) -> sa.Engine:

@@ -29,6 +29,14 @@ class UnknownJobError(KnitlabError):
         self.job = job
 
 
+class NotEndedError(KnitlabError):
+    """Refuse to delete a job that has not ended."""
+
+    def __init__(self, job: str, state: str) -> None:
+        super().__init__(f"job {job!r}: found {state}, allowed succeeded, failed or cancelled; cancel it first")
+        self.job = job
+
+
 class KeyReusedError(KnitlabError):
     """Refuse an idempotency key that came with another body before."""
 
@@ -191,6 +199,16 @@ class JobStore(Protocol):
 
     def resume(self, job: str) -> Job:
         """Queue a paused job again; any other stays as it is."""
+        ...
+
+    def delete(self, job: str) -> None:
+        """Delete a job that has ended, and its files.
+
+        Raises
+        ------
+        NotEndedError
+            If it has not ended.
+        """
         ...
 
     def spec(self, job: str) -> JobSpec:

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 
 from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
 from app.service.folder import JobFolder, read_as
+from app.service.housekeeping import delete
 from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
 from app.service.tables import CANCELLED, hold, jobs, keys, make_tables, open_engine
 
@@ -159,6 +160,10 @@ class Store:
 
         return self._wish(job, change)
 
+    def delete(self, job: str) -> None:
+        """Delete a job that has ended, and its files."""
+        delete(self, job)
+
     def _wish(self, job: str, change: Callable[[_Row, sa.Connection], Mapping[str, object]]) -> Job:
         """Change a job as its state asks for, while nobody else can."""
         with self.engine.begin() as connection:
@@ -205,7 +210,8 @@ class Store:
             created=datetime.fromtimestamp(row.created, UTC),
             started=None if row.started is None else datetime.fromtimestamp(row.started, UTC),
             finished=None if row.finished is None else datetime.fromtimestamp(row.finished, UTC),
-            attempts=row.attempts,
+            # The first attempt is counted a moment after its job is taken.
+            attempts=max(row.attempts, int(row.state in {"running", "cancelling"})),
             end=row.end,
             message=row.message,
             progress=Progress() if fresh else self.files(row.id).progress(),

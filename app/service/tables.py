@@ -47,6 +47,15 @@ keys = sa.Table(
     sa.Column("sweep", sa.Text),
 )
 
+#: Deleted jobs whose folders may still be there, since when, and when they are looked for next [s since the epoch].
+deleted = sa.Table(
+    "knitlab_deleted",
+    _metadata,
+    sa.Column("id", sa.Text, primary_key=True),
+    sa.Column("since", sa.Float(53), nullable=False),
+    sa.Column("look", sa.Float(53), nullable=False, index=True),
+)
+
 #: Workers, each alive until a moment by the database's clock that its heartbeat puts off.
 workers = sa.Table(
     "knitlab_leases",

@@ -4,21 +4,19 @@ import threading
 import time
 import uuid
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import httpx
 import pytest
 import sqlalchemy as sa
-from anyio import CapacityLimiter
 
 from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP, EXAMPLE_YAML
-from app.service.api.routes import laboratory
 from app.service.api.turns import Turns
 from app.service.settings import settings
 from app.service.store import Store
-from tests.service.serving import served
+from tests.service.serving import problem, served
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,18 +24,6 @@ if TYPE_CHECKING:
     from app.service.jobs import Job
 
 YAML = {"Content-Type": "application/yaml"}
-
-
-def problem(response: httpx.Response, status: int, kind: str) -> dict[str, Any]:
-    """Return the problem that an answer carries."""
-    assert response.status_code == status, response.text
-    assert response.headers["content-type"] == "application/problem+json"
-    found: dict[str, Any] = response.json()
-    assert found["status"] == status
-    assert found["type"] == f"urn:knitlab:problem:{kind}"
-    assert {"title", "detail", "instance"} <= set(found)
-    assert "Traceback" not in response.text
-    return found
 
 
 def test_health_and_figures(http: httpx.Client, job: Job) -> None:
@@ -53,6 +39,9 @@ def test_catalogues_say_where_numbers_come_from(http: httpx.Client) -> None:
     stage = next(rig for rig in rigs["rigs"] if rig["name"] == "biaxial-hook")
     assert stage["axes"] == ["C", "W"]
     assert "biotester" in stage["dialects"]
+    assert (stage["others"], stage["others_default"]) == (["hold", "free", "follow"], None)
+    frame = next(rig for rig in rigs["rigs"] if rig["name"] == "uniaxial-frame")
+    assert frame["others"] == ["free"]
     numbers = next(one for one in rigs["machines"] if one["name"] == "biaxial-hook")["numbers"]
     assert numbers["load_cell"]["limit"] | {"source": ""} == {
         "value": 100.0,
@@ -111,10 +100,9 @@ def test_a_specimen_is_drawn(http: httpx.Client, protocol: str) -> None:
     assert answer.content.startswith(b"\x89PNG\r\n")
 
 
-def test_pictures_that_wait_hold_up_nothing_else(store: Store, protocol: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(laboratory, "_PATIENCE", 8.0)
+def test_pictures_that_wait_hold_up_nothing_else(store: Store, protocol: str) -> None:
     # Somebody's picture is being drawn, and takes its time.
-    context = Context(store=store, drawing=Turns(what="", again=10, limiter=CapacityLimiter(0)))
+    context = Context(store=store, drawing=Turns(what="", again=10, patience=8.0, _taken=True))
     headers = {**YAML, "Accept": "image/png"}
     with served(create_app(context)) as at, ThreadPoolExecutor(45) as pool:
         began = time.monotonic()
@@ -234,8 +222,35 @@ def test_wishes_are_idempotent(http: httpx.Client, job: Job) -> None:
         assert http.post(f"/v1/jobs/{job.id}/{wish}").json()["state"] == "cancelled"
 
 
+def test_a_job_is_deleted_once_it_has_ended(http: httpx.Client, store: Store, job: Job) -> None:
+    store.files(job.id).write_spec(store.spec(job.id))
+    for state, wish in (("queued", "pause"), ("paused", "cancel")):
+        found = problem(http.delete(f"/v1/jobs/{job.id}"), 409, "not-ended")
+        allowed = "allowed succeeded, failed or cancelled; cancel it first"
+        assert found["detail"] == f"job '{job.id}': found {state}, {allowed}"
+        http.post(f"/v1/jobs/{job.id}/{wish}")
+    answer = http.delete(f"/v1/jobs/{job.id}")
+    assert (answer.status_code, answer.content) == (204, b"")
+    assert not store.files(job.id).path.exists()
+    problem(http.delete(f"/v1/jobs/{job.id}"), 404, "unknown")
+    problem(http.get(f"/v1/jobs/{job.id}"), 404, "unknown")
+    assert job.id not in [one["id"] for one in http.get("/v1/jobs", params={"limit": 1000}).json()["jobs"]]
+
+
+def test_a_stream_of_a_job_that_is_deleted_ends(http: httpx.Client, store: Store, job: Job) -> None:
+    with http.stream("GET", f"/v1/jobs/{job.id}/events") as stream:
+        lines = stream.iter_lines()
+        assert next(lines) == "event: state"
+        # Both between two looks of the stream, or one at a time: it ends either way.
+        store.cancel(job.id)
+        store.delete(job.id)
+        assert all("Traceback" not in line for line in lines)
+
+
 @pytest.mark.parametrize("path", ["", "/events", "/files", "/files/run/run.h5", "/log", "/cancel", "/pause", "/resume"])
 def test_a_job_that_is_not_there(http: httpx.Client, path: str) -> None:
+    if path == "":
+        problem(http.delete("/v1/jobs/nobody"), 404, "unknown")
     method = "POST" if path in {"/cancel", "/pause", "/resume"} else "GET"
     problem(http.request(method, f"/v1/jobs/nobody{path}"), 404, "unknown")
     problem(http.request(method, f"/v1/jobs/no%00body{path}"), 422, "invalid-request")
@@ -249,6 +264,7 @@ def test_what_the_framework_refuses_is_a_problem_too(http: httpx.Client) -> None
     for method, path, allowed in (
         ("DELETE", "/v1/jobs", "GET, HEAD, POST"),
         ("GET", "/v1/jobs/nobody/cancel", "POST"),
+        ("POST", "/v1/jobs/nobody", "GET, HEAD, DELETE"),
         ("PUT", "/healthz", "GET, HEAD"),
     ):
         answer = http.request(method, path)

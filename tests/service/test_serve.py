@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import httpx
 import pytest
+import sqlalchemy as sa
 
 from app.cli import main
 from app.knitlab_client import Client, UnreachableError
 from app.schemas import loads
+from app.service.jobs import JobSpec
 from app.service.settings import settings
 from app.service.store import Store
+from app.service.tables import jobs as table
 from app.service_errors import ServiceError
 from app.usecases import run_loaded
 from tests.service.knitlab_serve import QUICK, ROOT, environment, knitlab, serving
@@ -96,6 +99,29 @@ def test_jobs_are_steered_from_the_command_line(say: Callable[..., Said], tmp_pa
     watched = say("watch", job, "--quiet", "--out", tmp_path / "out")
     assert watched.code == 130
     assert "cancelled" in watched.out
+    refused = say("delete", running := say("submit", protocol).out.strip(), job)
+    assert (refused.code, refused.out) == (2, f"deleted {job}\n")
+    assert re.fullmatch(rf"job '{running}': found (queued|running), allowed .*; cancel it first\n", refused.err)
+    say("cancel", running)
+    assert say("watch", running, "--quiet", "--out", tmp_path / "out").code == 130
+    assert json.loads(say("delete", running, "--json").out) == {"deleted": [running]}
+    assert say("delete", running).err == f"job '{running}': there is none\n"
+
+
+def test_old_jobs_are_deleted_where_that_is_asked_for(tmp_path: Path) -> None:
+    with Store(settings(tmp_path, {})) as store:
+        jobs = [store.submit(JobSpec(name="a", protocol=QUICK)).id for _ in range(3)]
+        store.cancel(jobs[0])
+        store.cancel(jobs[1])
+        with store.engine.begin() as connection:
+            old = sa.update(table).where(table.c.id == jobs[0]).values(finished=time.time() - 31 * 86400)
+            connection.execute(old)
+    with serving(tmp_path, "--slots", 0, "--keep", "30d") as (address, _), Client(address) as client:
+        began = time.monotonic()
+        while len(client.jobs().jobs) == 3:
+            assert time.monotonic() - began < 60.0
+            time.sleep(0.05)
+        assert {job.id for job in client.jobs().jobs} == set(jobs[1:])
 
 
 SWEPT = QUICK.replace("upper: 5 %", f"upper: {PEAK}") + "params: {peak: 5 %}\nsweep: {peak: [1 %, 2 %, 3 %]}\n"
@@ -209,6 +235,9 @@ def test_mistakes_are_one_line(service: str, say: Callable[..., Said], tmp_path:
         (("watch", "nobody"), "job 'nobody': there is none"),
         (("cancel", "../x"), "no such route"),
         (("serve", "--host", "192.0.2.1", "--data", tmp_path), "host: found '192.0.2.1'"),
+        (("serve", "--keep", "0 s", "--data", tmp_path), "--keep: found '0 s', allowed a time above zero"),
+        (("serve", "--keep", "30", "--data", tmp_path), "--keep: found '30', allowed a time with its unit"),
+        (("serve", "--max-connections", 10**7, "--data", tmp_path), "--max-connections: found 10000000, allowed"),
         (("serve", "--port", service.rpartition(":")[2], "--data", tmp_path), "address already in use"),
     ):
         said = say(*words)

@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match, Mount
 
 from app.schemas import ProtocolError
-from app.service.jobs import KeyReusedError, UnknownJobError
+from app.service.jobs import KeyReusedError, NotEndedError, UnknownJobError
 from knitlab_core.errors import KnitlabError, SpecificationError
 
 if TYPE_CHECKING:
@@ -45,8 +45,9 @@ KINDS: Final[Mapping[str, Kind]] = MappingProxyType(
         "unauthorised": Kind(401, "A token is needed"),
         "forbidden": Kind(403, "Not from there"),
         "unknown": Kind(404, "There is no such thing"),
-        "too-slow": Kind(408, "The body took too long"),
+        "too-slow": Kind(408, "The request took too long"),
         "not-ready": Kind(409, "Not there yet"),
+        "not-ended": Kind(409, "The job has not ended"),
         "too-large": Kind(413, "The body is too large"),
         "media-type": Kind(415, "The body is of another kind"),
         "range": Kind(416, "The range is not in the file"),
@@ -188,6 +189,8 @@ async def _on_knitlab_error(request: Request, error: Exception) -> Response:
     """Answer what the lab and the store refuse; any other of their errors is ours, not the user's."""
     if isinstance(error, UnknownJobError):
         return await _on_problem(request, ProblemError("unknown", str(error)))
+    if isinstance(error, NotEndedError):
+        return await _on_problem(request, ProblemError("not-ended", str(error)))
     if isinstance(error, KeyReusedError):
         return await _on_problem(request, ProblemError("key-used", str(error)))
     if isinstance(error, SpecificationError):
@@ -210,7 +213,7 @@ def _methods(request: Request) -> list[str]:
     routes = [route for route in request.app.routes if not isinstance(route, Mount)]
     known = [
         method
-        for method in ("GET", "POST")
+        for method in ("GET", "POST", "DELETE")
         if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
     ]
     return ["GET", "HEAD", *known[1:]] if "GET" in known else known

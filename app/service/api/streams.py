@@ -19,7 +19,7 @@ from fastapi.sse import KEEPALIVE_COMMENT, format_sse_event
 
 from app.service.api.models import JobView
 from app.service.api.rows import NewRows
-from app.service.jobs import FINAL
+from app.service.jobs import FINAL, UnknownJobError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -92,7 +92,10 @@ async def job_events(here: Context, job: str, seen: Seen) -> AsyncIterator[bytes
     last = monotonic()
     while True:
         # The state first: when a job has ended, all its rows are written.
-        now = await run_sync(here.store.get, job)
+        try:
+            now = await run_sync(here.store.get, job)
+        except UnknownJobError:  # deleted meanwhile
+            return
         while found := await run_sync(rows.read):
             seen = replace(seen, rows=rows.number)
             yield _event("rows", {"first": rows.number - len(found), "rows": found}, seen)

@@ -58,6 +58,8 @@ export async function ask(path, options = {}) {
 export const get = async (path, signal) => (await ask(path, { signal })).json();
 export const post = async (path) => (await ask(path, { method: "POST" })).json();
 
+export const remove = (path) => ask(path, { method: "DELETE" });
+
 /** Send a protocol's text, and that of its materials file where there is one. */
 export function sendProtocol(path, { protocol, materials }, { headers = {}, signal } = {}) {
   const [kind, body] = materials.trim()

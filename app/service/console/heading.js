@@ -4,10 +4,10 @@ import { Verbs, badge, stamp } from "./verbs.js";
 import { doing, ending, percent, span } from "./words.js";
 
 export class Heading {
-  constructor(place, job, changed) {
+  constructor(place, job, changed, gone) {
     const title = h("h1", { tabindex: "-1" }, job.name, " ", h("span", { class: "faint" }, job.id));
     this.state = badge();
-    this.verbs = new Verbs(changed, title);
+    this.verbs = new Verbs(changed, title, gone);
     this.done = h("progress", { max: 1, "aria-label": "done" });
     this.share = h("span");
     this.left = h("span", { class: "faint" });

@@ -10,7 +10,7 @@ import { FINAL } from "./verbs.js";
 export async function showJob(place, signal, id) {
   let job = await get(`v1/jobs/${id}`, signal);
   const over = () => FINAL.includes(job.state);
-  const heading = new Heading(place, job, changed);
+  const heading = new Heading(place, job, changed, () => { location.hash = "#/"; });
   const curves = new Curves(signal);
   const shape = new Shape(id, signal, (section) => curves.measure(section));
   const files = new Files(id, signal), log = new Log(id, signal);

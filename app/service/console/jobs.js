@@ -58,7 +58,9 @@ class List {
   }
 
   show(jobs) {
-    const lines = new Map(jobs.map((job) => [job.id, this.lines.get(job.id) ?? new Line(job, (now) => this.lines.get(now.id)?.show(now))]));
+    const changed = (now) => this.lines.get(now.id)?.show(now);
+    const gone = () => this.refresh().catch(report);
+    const lines = new Map(jobs.map((job) => [job.id, this.lines.get(job.id) ?? new Line(job, changed, gone)]));
     this.lines = lines;
     for (const job of jobs) lines.get(job.id).show(job);
     arrange(this.body, [...lines.values()].map(({ row }) => row));

@@ -4,14 +4,14 @@ import { Verbs, badge, stamp } from "./verbs.js";
 import { doing, ended, percent, span } from "./words.js";
 
 export class Line {
-  constructor(job, changed) {
+  constructor(job, changed, gone) {
     this.link = h("a", { href: `#/jobs/${job.id}` }, job.name);
     this.state = badge();
     this.done = h("progress", { max: 1, "aria-label": `${job.name} done` });
     this.share = h("span", { class: "whole" });
     this.where = h("td", { class: "where" });
     this.left = h("td", { class: "number" });
-    this.verbs = new Verbs(changed, this.link);
+    this.verbs = new Verbs(changed, this.link, gone);
     const sweep = job.sweep && h("a", { class: "sweep", href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
     this.row = h("tr", { "data-job": job.id },
       h("td", { class: "name" }, this.link, " ", h("span", { class: "faint" }, job.id.slice(0, 8)), sweep && [" ", sweep]),

@@ -1,5 +1,5 @@
 // Show a job's state, and the buttons for what can be asked of it.
-import { post, report } from "./api.js";
+import { post, remove, report } from "./api.js";
 import { h, put, tell } from "./dom.js";
 
 export const STATES = ["queued", "running", "paused", "cancelling", "succeeded", "failed", "cancelled"];
@@ -9,6 +9,7 @@ const CAN = {
   pause: (job) => ["queued", "running"].includes(job.state) && !job.wanted,
   resume: (job) => job.state === "paused",
   cancel: (job) => ["queued", "running", "paused"].includes(job.state),
+  delete: (job) => FINAL.includes(job.state),
 };
 
 /** Return an empty badge. */
@@ -25,10 +26,10 @@ export class Verbs {
   /**
    * @param {(job: object) => void} changed is told the job as it is after an answer
    * @param {HTMLElement} next takes the focus when the last button goes
+   * @param {() => void} gone is called when the job has been deleted
    */
-  constructor(changed, next) {
-    this.changed = changed;
-    this.next = next;
+  constructor(changed, next, gone) {
+    Object.assign(this, { changed, next, gone });
     this.buttons = Object.keys(CAN).map((verb) => h("button", { type: "button", onclick: () => this.ask(verb) }, verb));
     this.node = h("div", { class: "bar verbs" }, this.buttons);
   }
@@ -50,11 +51,24 @@ export class Verbs {
     if (this.busy) return;
     this.busy = true;
     try {
-      this.changed(await post(`v1/jobs/${this.job.id}/${verb}`));
-      tell(`${this.job.name}: ${verb} asked for`);
+      if (verb === "delete") await this.delete();
+      else {
+        this.changed(await post(`v1/jobs/${this.job.id}/${verb}`));
+        tell(`${this.job.name}: ${verb} asked for`);
+      }
     } catch (error) {
       report(error);
     }
     this.busy = false;
+  }
+
+  async delete() {
+    const { id, name } = this.job;
+    if (!window.confirm(`Delete ${name} (${id.slice(0, 8)}) and its files? They cannot be brought back.`)) return;
+    await remove(`v1/jobs/${id}`);
+    tell(`${name}: deleted`);
+    // Its buttons go, and with them the focus.
+    document.getElementById("page").focus();
+    this.gone();
   }
 }

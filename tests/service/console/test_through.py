@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.sync_api import expect
 
-from tests.service.console.hands import QUICK, colour_of, contrast, curves, luminance, painted, write
+from tests.service.console.hands import QUICK, colour_of, contrast, curves, luminance, painted, submit, until, write
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from playwright.sync_api import Browser, Page
+    import httpx
+    from playwright.sync_api import Browser, Dialog, Page
 
 
 def test_from_the_editor_to_the_file(page: Page, service: str, data: Path, tmp_path: Path) -> None:
@@ -108,6 +109,39 @@ def test_jobs_are_asked_to_rest_and_to_end(page: Page, service: str) -> None:
     assert page.evaluate("() => document.activeElement.tagName") == "BUTTON"
     page.get_by_role("button", name="cancel long").click()
     expect(line.locator(".state")).to_have_text("cancelled")
+
+
+def test_what_has_ended_is_deleted_once_that_is_confirmed(page: Page, service: str, rest: httpx.Client) -> None:
+    ids = [submit(rest, QUICK.replace("name: quick", f"name: gone-{k}")) for k in (1, 2)]
+    for job in ids:
+        rest.post(f"/v1/jobs/{job}/cancel")
+        until(rest, job, {"cancelled"})
+    asked: list[str] = []
+
+    def answer(dialog: Dialog) -> None:
+        asked.append(dialog.message)
+        if len(asked) == 1:
+            dialog.dismiss()
+        else:
+            dialog.accept()
+
+    page.on("dialog", answer)
+    page.goto(service)
+    button = page.get_by_role("button", name="delete gone-1")
+    button.focus()
+    page.keyboard.press("Enter")
+    expect(button).to_be_focused()
+    assert rest.get(f"/v1/jobs/{ids[0]}").status_code == 200
+    page.keyboard.press("Enter")
+    expect(page.locator("tr", has_text="gone-1")).to_have_count(0)
+    assert asked == [f"Delete gone-1 ({ids[0][:8]}) and its files? They cannot be brought back."] * 2
+    assert page.evaluate("() => document.activeElement.id") == "page"
+    # From its own page one comes back to the list.
+    page.goto(f"{service}/#/jobs/{ids[1]}")
+    page.get_by_role("button", name="delete gone-2").click()
+    expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+    expect(page.locator("tr", has_text="gone-2")).to_have_count(0)
+    assert [rest.get(f"/v1/jobs/{job}").status_code for job in ids] == [404, 404]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -90,7 +90,10 @@ def test_a_run_that_was_overtaken_changes_nothing(store: Store) -> None:
     old.settle(Result(end="crash", message="", failed=True))
     old.release()
     now = store.get(job.id)
-    assert (now.state, now.attempts) == ("running", 0)
+    # The attempt that is shown is the one that begins; none has been counted.
+    assert (now.state, now.attempts) == ("running", 1)
+    with store.engine.begin() as connection:
+        assert connection.scalar(sa.select(jobs.c.attempts)) == 0
     new.settle(DONE)
     assert store.get(job.id).state == "succeeded"
 

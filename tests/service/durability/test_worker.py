@@ -6,12 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import psutil
 import pytest
 
-from app.service.jobs import JobSpec
+from app.service.jobs import JobSpec, NotEndedError
 from tests.service.lab import BUSY, LONG, ROOT, TINY, Lab, begun, cycles, gone, manned, until
 
 if TYPE_CHECKING:
@@ -51,6 +52,25 @@ def test_a_job_runs_to_its_end_and_leaves_its_files(lab: Lab) -> None:
     assert files.rows(since=2)[0]["phase"] == "Recover"
     assert files.rows(since=1)[0]["strain"]["C"] == pytest.approx(0.01)
     assert files.log.read_text().count("\n") >= 4
+
+
+def test_jobs_that_run_show_their_attempt_and_are_deleted_as_soon_as_they_end(lab: Lab) -> None:
+    waiting = {job.id for job in lab.store.submit_all([TINY] * 3)}
+    folders = [lab.store.files(job).path for job in waiting]
+
+    def delete_what_ended() -> bool:
+        for job in list(waiting):
+            now = lab.store.get(job)
+            assert now.state == "queued" or now.attempts == 1
+            with suppress(NotEndedError):
+                lab.store.delete(job)
+                waiting.remove(job)
+        return not waiting
+
+    until(delete_what_ended, every=0.02)
+    after = lab.store.submit(TINY)
+    ended(lab, after.id, "succeeded")
+    assert not any(folder.exists() for folder in folders)
 
 
 def test_a_queued_job_that_is_cancelled_never_begins(lab: Lab) -> None:

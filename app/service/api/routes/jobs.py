@@ -1,8 +1,7 @@
-"""Answer what is asked of jobs: submit, look, cancel, pause, resume."""
+"""Answer what is asked of jobs: submit, look, cancel, pause, resume, delete."""
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
@@ -10,8 +9,9 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
 from app.check import count_rows
-from app.service.api.bodies import Submission
-from app.service.api.bounds import Bounds, check_protocol, check_rows
+from app.schemas import Loaded
+from app.service.api.bounds import Bounds, check_rows
+from app.service.api.checking import look
 from app.service.api.context import Here
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import JobId, JobPage, JobView, problems
@@ -23,18 +23,16 @@ from app.service.jobs import Job, JobSpec, State
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
-def _spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
-    """Return what a job shall do, once it is sure that it can.
+def _name_of(loaded: Loaded, bounds: Bounds) -> str:
+    """Return the name of a protocol, once it is sure that it can be run.
 
     Raises
     ------
     ProblemError
-        For a protocol that is not valid, or too large.
+        For one that is not valid, or whose log would be too long.
     """
-    loaded = sent.load()
-    check_protocol(loaded.protocol, bounds)
     check_rows(count_rows(loaded), bounds)
-    return JobSpec(name=loaded.protocol.name, protocol=sent.text, materials=sent.materials)
+    return loaded.protocol.name
 
 
 @router.post(
@@ -43,15 +41,15 @@ def _spec_of(sent: Submission, bounds: Bounds) -> JobSpec:
     status_code=202,
     responses={
         202: {"headers": {"Location": {"description": "Path of the job.", "schema": {"type": "string"}}}},
-        **problems(400, 408, 413, 415, 422),
+        **problems(400, 408, 413, 415, 422, 503),
     },
     openapi_extra=PROTOCOL_BODY,
 )
 async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, key: Key = None) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
-    spec = await run_sync(_spec_of, sent, here.bounds, limiter=here.thinking)
-    limited = replace(spec, **asked.model_dump())
-    job = await run_sync(lambda: here.store.submit(limited, key=key))
+    name = await look(here, sent, _name_of)
+    spec = JobSpec(name=name, protocol=sent.text, materials=sent.materials, **asked.model_dump())
+    job = await run_sync(lambda: here.store.submit(spec, key=key))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)
 
@@ -90,6 +88,13 @@ def get_job(job: JobId, here: Here, request: Request) -> Any:  # noqa: ANN401 (a
     if has_tag(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
     return Response(body, media_type="application/json", headers=headers)
+
+
+@router.delete("/{job}", summary="Delete a job", status_code=204, responses=problems(404, 409, 422))
+def delete(job: JobId, here: Here) -> Response:
+    """Delete a job that has ended, and its files, for good; cancel one that has not."""
+    here.store.delete(job)
+    return Response(status_code=204)
 
 
 def _answer(act: Callable[[str], Job], job: str) -> JobView:

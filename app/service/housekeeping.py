@@ -1,0 +1,158 @@
+"""Delete jobs and their files, and forget what the queue is done with.
+
+A job is deleted in two steps. In one transaction its row goes and a row of `knitlab_deleted` comes: from then on there
+is no such job. Then its folder goes, and is looked for once more later. Whoever dies in between leaves the second row,
+and the next look goes on from it. No folder is taken for left over because no row knows it: it may be another store's.
+"""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import threading
+import time
+from typing import TYPE_CHECKING, Final
+
+import sqlalchemy as sa
+
+from app.service.claims import AWAY, first_line
+from app.service.deliveries import forget_ended
+from app.service.jobs import FINAL, NotEndedError, UnknownJobError
+from app.service.tables import deleted, hold, jobs, keys
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from app.service.store import Store
+
+AGAIN: Final = 3600.0
+"""Time after which the folder of a deleted job is looked for once more [s]: a host that was frozen may write late."""
+
+ENDED: Final = 3600.0
+"""Time for which the queue remembers deliveries that have ended [s]."""
+
+_SECONDS_BETWEEN_LOOKS: Final = 60.0
+_AT_ONCE: Final = 200
+"""Jobs that one transaction deletes: others wait for it."""
+
+_log: Final = logging.getLogger(__name__)
+
+
+def delete(store: Store, job: str) -> None:
+    """Delete a job that has ended, and its files.
+
+    Raises
+    ------
+    UnknownJobError
+        If there is none of this id.
+    NotEndedError
+        If it has not ended.
+    """
+    with store.engine.begin() as connection:
+        row = hold(connection, job)
+        if row is None:
+            raise UnknownJobError(job)
+        if row.state not in FINAL:
+            raise NotEndedError(job, row.state)
+        _delete_rows(connection, [job])
+    clear(store, [job])
+
+
+def purge(store: Store, before: float) -> int:
+    """Delete some jobs that ended before a moment [s since the epoch]; return how many, 0 when none are left."""
+    old = sa.select(jobs.c.id).where(jobs.c.state.in_(FINAL), jobs.c.finished < before)
+    with store.engine.begin() as connection:
+        # Another server on the same database may be at the others.
+        found = list(connection.scalars(old.limit(_AT_ONCE).with_for_update(skip_locked=True)))
+        if found:
+            _delete_rows(connection, found)
+    clear(store, found)
+    return len(found)
+
+
+def _delete_rows(connection: sa.Connection, ids: Sequence[str]) -> None:
+    """Delete the rows of jobs that this transaction holds, and the keys that stand for nothing without them."""
+    now = time.time()
+    these = jobs.c.id.in_(ids)
+    sweeps = list(connection.scalars(sa.select(jobs.c.sweep).where(these, jobs.c.sweep.is_not(None)).distinct()))
+    connection.execute(sa.insert(deleted), [{"id": job, "since": now, "look": now} for job in ids])
+    connection.execute(sa.delete(jobs).where(these))
+    left = sa.exists().where(jobs.c.sweep == keys.c.sweep)
+    connection.execute(sa.delete(keys).where(keys.c.job.in_(ids) | (keys.c.sweep.in_(sweeps) & ~left)))
+
+
+def clear(store: Store, ids: Sequence[str] | None = None) -> int:
+    """Remove the folders of deleted jobs: of these, or of some whose time has come; return how many were looked for.
+
+    A folder that cannot be removed is tried again in a minute.
+    """
+    now = time.time()
+    which = deleted.c.look <= now if ids is None else deleted.c.id.in_(ids)
+    query = sa.select(deleted.c.id, deleted.c.since).where(which).limit(_AT_ONCE)
+    with store.engine.begin() as connection:
+        found = connection.execute(query).all()
+    looks: dict[float | None, list[str]] = {}
+    for job, since in found:
+        # A second look that finds nothing is the last.
+        look = since + AGAIN if now < since + AGAIN else None
+        try:
+            shutil.rmtree(store.files(job).path)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            _log.warning("job %s: its files are still there: %s; trying again", job, error)
+            look = now + _SECONDS_BETWEEN_LOOKS
+        looks.setdefault(look, []).append(job)
+    with store.engine.begin() as connection:
+        for look, these in looks.items():
+            done = deleted.c.id.in_(these)
+            connection.execute(
+                sa.delete(deleted).where(done) if look is None else sa.update(deleted).where(done).values(look=look)
+            )
+    return len(found)
+
+
+class Housekeeping:
+    """Look after a store in a thread: finish deletions, delete old jobs, forget ended deliveries.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    keep : float or None
+        Time after which ended jobs are deleted [s]; None keeps them.
+    """
+
+    def __init__(self, store: Store, keep: float | None) -> None:
+        self._store, self._keep = store, keep
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._look_after, name="knitlab-housekeeping", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Look no more, once the part that is being done is done."""
+        self._stopped.set()
+        self._thread.join()
+
+    def _look_after(self) -> None:
+        while not self._stopped.is_set():
+            try:
+                self._look()
+            except AWAY as error:
+                _log.warning("cannot keep house: %s", first_line(error))
+            except Exception:  # noqa: BLE001 (the next look may go well)
+                _log.exception("cannot keep house")
+            self._stopped.wait(_SECONDS_BETWEEN_LOOKS)
+
+    def _look(self) -> None:
+        store, now = self._store, time.time()
+        self._while_any(lambda: clear(store))
+        if self._keep is not None:
+            before = now - self._keep
+            self._while_any(lambda: purge(store, before))
+        self._while_any(lambda: forget_ended(store.client, now - ENDED))
+
+    def _while_any(self, do: Callable[[], int]) -> None:
+        """Do something part by part while there is any of it and the service goes on."""
+        while not self._stopped.is_set() and do():
+            pass
