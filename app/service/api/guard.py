@@ -10,6 +10,7 @@ from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
 from app.service.api.context import context_of
+from app.service.api.door import AGAIN, admitted
 from app.service.api.problems import ProblemError
 from knitlab_core.errors import SpecificationError
 
@@ -60,7 +61,7 @@ async def admit(
     Raises
     ------
     ProblemError
-        For a wrong token, a foreign host or a foreign page.
+        For a wrong token, a foreign host or a foreign page, or one connection too many.
     """
     token = context_of(request).token
     if token is not None:
@@ -68,7 +69,20 @@ async def admit(
             raise ProblemError(
                 "unauthorised", "found no valid token, allowed: Authorization: Bearer TOKEN", headers=_CHALLENGE
             )
-        return
+    else:
+        _require_this_machine(request)
+    if (full := admitted(request)) is not None:
+        raise ProblemError("busy", full, headers={"Retry-After": str(AGAIN), "Connection": "close"})
+
+
+def _require_this_machine(request: Request) -> None:
+    """Refuse a request that does not come from this machine, or from a page of another site.
+
+    Raises
+    ------
+    ProblemError
+        For a foreign host or a foreign page.
+    """
     host = request.headers.get("host", "")
     if not is_loopback(_name_of(host)):
         raise ProblemError("forbidden", "host: found another name, allowed localhost, or a service with a token")

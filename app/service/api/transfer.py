@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fastapi import Request
+    from starlette.types import Receive, Scope, Send
 
 _CHUNK: Final = 64 * 1024
 _RANGE: Final = re.compile(r"bytes=\s*(\d{0,18})-(\d{0,18})\s*")
@@ -71,7 +72,24 @@ def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Respo
     if asks_head(request):
         stream.close()
         return Response(status_code=status, headers=headers, media_type=media)
-    return StreamingResponse(_chunks(stream, start, end), status_code=status, headers=headers, media_type=media)
+    return _Transfer(stream, (start, end), status, headers, media)
+
+
+class _Transfer(StreamingResponse):
+    """Send a part of a file, and close the file whatever becomes of the client."""
+
+    def __init__(
+        self, stream: BinaryIO, part: tuple[int, int], status: int, headers: dict[str, str], media: str
+    ) -> None:
+        super().__init__(_chunks(stream, *part), status_code=status, headers=headers, media_type=media)
+        self._stream = stream
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._stream.close()
 
 
 def range_of(wanted: str, size: int) -> tuple[int, int] | None:
