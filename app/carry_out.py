@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Final
 from app.check import build_specimen, fitted_machines
 from app.checkpoint import CHECKPOINT, Keeper, Origin
 from app.export import export_logs
-from app.figures import run_figures
+from app.figures import run_figures, with_wall_time
 from app.file_names import file_stem
 from app.journal import TESTED, Journal
-from app.pictures import knit_frames
 from app.provenance import provenance
-from app.report import stress_strain_plot
 from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
@@ -36,6 +34,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.checkpoint import Saved
+    from app.drawing import Draw
     from app.figures import Figure
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
@@ -94,8 +93,8 @@ class Task:
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium.
-    pictures : bool
-        Whether the plot and the knit are drawn too.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
     """
 
     loaded: Loaded
@@ -104,7 +103,7 @@ class Task:
     began: float
     progress: Progress
     watch: Watch | None
-    pictures: bool
+    draw: Draw | None
 
     @property
     def record(self) -> Path:
@@ -118,7 +117,7 @@ class Task:
 
 
 def make_task(
-    loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, pictures: bool
+    loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, draw: Draw | None
 ) -> Task:
     """Say what a test is of: its protocol, and what there is to do it with."""
     origin = Origin(
@@ -134,7 +133,7 @@ def make_task(
         began=began,
         progress=progress,
         watch=watch,
-        pictures=pictures,
+        draw=draw,
     )
 
 
@@ -191,14 +190,16 @@ def go_on(task: Task, saved: Saved) -> RunResult:
     return _published(task, result)
 
 
-def as_ended(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, pictures: bool) -> RunResult:
+def as_ended(
+    record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None
+) -> RunResult:
     """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
         protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
-        _publish(folder, saved.origin.name, progress, pictures=pictures)
+        _publish(folder, saved.origin.name, progress, draw=draw)
         (folder / CHECKPOINT).unlink()
     return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps)
 
@@ -241,10 +242,10 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
 
 def _published(task: Task, result: RunResult) -> RunResult:
     """Write the views of a test; one that was not interrupted needs no checkpoint any more."""
-    _publish(task.folder, task.loaded.protocol.name, task.progress, pictures=task.pictures)
+    _publish(task.folder, task.loaded.protocol.name, task.progress, draw=task.draw)
     if result.outcome != "abort":
         task.checkpoint.unlink(missing_ok=True)
-    return result
+    return replace(result, figures=with_wall_time(result.figures, perf_counter() - task.began))
 
 
 def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
@@ -255,22 +256,19 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
         raise loaded.locate(error) from error
 
 
-def _publish(folder: Path, name: str, progress: Progress, *, pictures: bool) -> None:
+def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) -> None:
     """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
     run = RunReader(folder / RECORD)
     if not len(run.trace):
         return
-    stem = file_stem(name)
+    drawn = None if draw is None else draw(run.path, file_stem(name))
     progress(TESTED, "writing the log")
     export_logs(run, folder)
-    if pictures:
-        progress(TESTED, "plotting")
-        stress_strain_plot(run, folder / f"{stem}_stress_strain.png")
-        progress(TESTED, "drawing the knit")
-        note = knit_frames(run, folder / f"{stem}_knit.png").note
-        if note:
-            sys.stderr.write(note + "\n")
     images_of(run, folder, name, progress)
+    if drawn is not None:
+        progress(TESTED, "drawing the curves and the knit")
+        if note := drawn():
+            sys.stderr.write(note + "\n")
     progress(1.0, "done")
 
 

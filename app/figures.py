@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Figure: TypeAlias = tuple[str, float, str]
 
+WALL_TIME: Final = "wall time"
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
 LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
 
@@ -65,6 +66,11 @@ def run_figures(
         return ()
     found = [*_mechanics(parted(trace), size, zeroings, protocol), *_effort(trace, wall_seconds), *_soundness(trace)]
     return tuple(figure for figure in found if isfinite(figure[1]))
+
+
+def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, ...]:
+    """Return the figures of a run; its wall time, if among them, is that from its start to its last file [s]."""
+    return tuple((name, seconds if name == WALL_TIME else value, unit) for name, value, unit in figures)
 
 
 def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> FloatArray:
@@ -143,7 +149,7 @@ def _effort(trace: Trace, wall_seconds: float) -> Iterator[Figure]:
     yield "iterations per equilibrium", float(iterations / solved) if solved else float("nan"), "1"
     yield "factorisations", float(columns["factorisations"].sum()), "1"
     yield "solver time", float(columns["seconds"].sum()), "s"
-    yield "wall time", wall_seconds, "s"
+    yield WALL_TIME, wall_seconds, "s"
 
 
 def _soundness(trace: Trace) -> Iterator[Figure]:

@@ -30,6 +30,16 @@ OUTLINE = "#1b1b1b"
 LAYERS = 24
 
 
+_ready: list[subprocess.Popen[bytes]] = []
+"""A process of VTK that was started before there was anything to paint."""
+
+
+def import_path(environment: Mapping[str, str]) -> str:
+    """Return the ``PYTHONPATH`` with which a process of our own imports the same packages as this one."""
+    home = str(Path(__file__).parents[1])
+    return os.pathsep.join(filter(None, (home, environment.get("PYTHONPATH"))))
+
+
 def vtk_environment(environment: Mapping[str, str], platform: str) -> dict[str, str] | None:
     """Return the variables under which VTK finds a window class that needs no screen.
 
@@ -45,9 +55,7 @@ def vtk_environment(environment: Mapping[str, str], platform: str) -> dict[str, 
     dict of str to str, or None
         The variables for VTK; None where it could only crash, on Linux with neither a screen nor EGL or OSMesa.
     """
-    found = dict(environment)
-    home = str(Path(__file__).parents[1])
-    found["PYTHONPATH"] = os.pathsep.join(filter(None, (home, environment.get("PYTHONPATH"))))
+    found = {**environment, "PYTHONPATH": import_path(environment)}
     screen = environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY")
     if not platform.startswith("linux") or screen or "VTK_DEFAULT_OPENGL_WINDOW" in environment:
         return found
@@ -80,11 +88,9 @@ def vtk_images(
     list of arrays, shape (height, width, 3), or str
         RGB images; or why there are none.
     """
-    if find_spec("pyvista") is None:
-        return "pyvista is not installed (extra 'pictures')"
-    variables = vtk_environment(os.environ, sys.platform)
-    if variables is None:
-        return "there is no screen and neither EGL nor OSMesa"
+    process = _ready.pop() if _ready else _start()
+    if isinstance(process, str):
+        return process
     scene: dict[str, object] = {
         "window": np.array(window),
         "pixels": pixels,
@@ -98,13 +104,38 @@ def vtk_images(
     with tempfile.TemporaryDirectory() as folder:
         given, painted = Path(folder) / "scene.npz", Path(folder) / "images.npz"
         np.savez(given, **scene)  # type: ignore[arg-type]
-        command = [sys.executable, "-P", "-m", "app.vtk_painter", str(given), str(painted)]
         try:
-            subprocess.run(command, env=variables, capture_output=True, timeout=PATIENCE, check=True)  # noqa: S603
-        except (subprocess.SubprocessError, OSError) as error:
-            return f"VTK did not paint ({type(error).__name__})"
+            process.communicate(f"{given}\n{painted}\n".encode(), timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return f"VTK did not paint within {PATIENCE:g} s"
+        if process.returncode != 0:
+            return f"VTK did not paint (exit code {process.returncode})"
         with np.load(painted) as images:
             return [images[f"arr_{k}"] for k in range(len(tubes))]
+
+
+def start_painter() -> None:
+    """Start the process of VTK for the next call of `vtk_images`, so that it imports in the meantime."""
+    process = _start()
+    if not isinstance(process, str):
+        _ready.append(process)
+
+
+def _start() -> subprocess.Popen[bytes] | str:
+    """Start a process of VTK, which ends when its input does; or say why there is none."""
+    if find_spec("pyvista") is None:
+        return "pyvista is not installed (extra 'pictures')"
+    variables = vtk_environment(os.environ, sys.platform)
+    if variables is None:
+        return "there is no screen and neither EGL nor OSMesa"
+    command = [sys.executable, "-P", "-m", "app.vtk_painter"]
+    pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
+    try:
+        return subprocess.Popen(command, env=variables, stdin=pipe, stdout=nowhere, stderr=nowhere)  # noqa: S603
+    except OSError as error:
+        return f"VTK did not paint ({type(error).__name__})"
 
 
 def paint_lines(axes: Axes, one: Tube, window: Window, colours: ScalarMappable) -> None:

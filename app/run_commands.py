@@ -7,11 +7,17 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from app.clock import BEGAN
 from app.exit_codes import exit_code
 from app.terminal import AsJson, Chosen, ProtocolPath, complain, values_of, warn
 
 if TYPE_CHECKING:
     from app.usecases import RunResult
+
+
+Pictures = Annotated[
+    bool, typer.Option("--pictures/--no-pictures", help="Draw the curves and the knit.", show_default=False)
+]
 
 
 def run(
@@ -22,6 +28,7 @@ def run(
         typer.Option(help="Run folder to write.", show_default="a new one under runs/", file_okay=False),
     ] = None,
     chosen: Chosen = None,
+    pictures: Pictures = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -30,14 +37,15 @@ def run(
     Ctrl-C keeps what was recorded, and `knitlab resume` goes on.
     """
     from app.check import dry_run  # noqa: PLC0415
+    from app.drawing import drawer  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
     from app.usecases import run_protocol  # noqa: PLC0415
 
     values = values_of(chosen)
     warn(protocol, dry_run(load(protocol, values)).warnings)
-    with Bar(hidden=quiet) as bar:
-        result = run_protocol(protocol, out, bar.show, chosen=values)
+    with Bar(hidden=quiet, began=BEGAN) as bar, drawer(wanted=pictures) as draw:
+        result = run_protocol(protocol, out, bar.show, chosen=values, draw=draw, began=BEGAN)
     if as_json:
         print_json(result_data(result))
     else:
@@ -48,6 +56,7 @@ def run(
 def resume(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, or its run.h5.", show_default=False)],
     *,
+    pictures: Pictures = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -55,6 +64,7 @@ def resume(
 
     A run that has ended is left as it is.
     """
+    from app.drawing import drawer  # noqa: PLC0415
     from app.tables import Bar, print_json, print_result, result_data  # noqa: PLC0415
     from app.usecases import has_ended, resume_run  # noqa: PLC0415
 
@@ -62,8 +72,8 @@ def resume(
     if ended is not None:
         complain(f"{run}: has ended already: {ended.end}{': ' if ended.message else ''}{ended.message}")
         raise typer.Exit
-    with Bar(hidden=quiet) as bar:
-        result = resume_run(run, bar.show)
+    with Bar(hidden=quiet, began=BEGAN) as bar, drawer(wanted=pictures) as draw:
+        result = resume_run(run, bar.show, draw=draw, began=BEGAN)
     if as_json:
         print_json(result_data(result))
     else:

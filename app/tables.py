@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
@@ -39,9 +40,11 @@ class Bar:
     ----------
     hidden : bool
         Show nothing.
+    began : float, optional
+        When what is shown began, on the clock of `perf_counter` [s]; by itself now.
     """
 
-    def __init__(self, *, hidden: bool) -> None:
+    def __init__(self, *, hidden: bool, began: float | None = None) -> None:
         self._progress = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -52,6 +55,8 @@ class Bar:
             disable=hidden,
         )
         self._task = self._progress.add_task("starting", total=1.0)
+        if began is not None:
+            self._progress.tasks[0].start_time = self._progress.get_time() - (perf_counter() - began)
 
     def __enter__(self) -> Self:
         self._progress.start()

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from knitlab_core.errors import UnitError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pint
 
 Dimension: TypeAlias = Literal[
@@ -44,6 +46,31 @@ _DIMENSIONS: Final = MappingProxyType(
         "strain rate": ("1/s", "1/s", "a strain rate with its unit, such as 1e-3 1/s or 0.1 %/s"),
         "force rate": ("N/s", "N/s", "a force rate with its unit, such as 0.1 N/s"),
         "memory": ("byte", "GiB", "a size of memory with its unit, such as 8 GiB"),
+    }
+)
+
+# What a number of a unit that people write is multiplied by: pint knows the others, but loads for most of a second.
+COMMON: Final[Mapping[Dimension, Mapping[str, float]]] = MappingProxyType(
+    {
+        "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
+        "speed": {
+            "m/s": 1.0,
+            "mm/s": 1e-3,
+            "um/s": 1e-6,
+            "µm/s": 1e-6,
+            "μm/s": 1e-6,
+            "nm/s": 1e-9,
+            "mm/min": 1e-3 / 60.0,
+        },
+        "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+        "force": {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "µN": 1e-6, "μN": 1e-6, "kN": 1e3},
+        "frequency": {"Hz": 1.0, "kHz": 1e3},
+        "strain": {"%": 1e-2},
+        "stress": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+        "density": {"kg/m^3": 1.0, "kg/m**3": 1.0},
+        "strain rate": {"1/s": 1.0, "/s": 1.0, "%/s": 1e-2},
+        "force rate": {"N/s": 1.0, "mN/s": 1e-3},
+        "memory": {"MB": 1e6, "GB": 1e9, "MiB": 2.0**20, "GiB": 2.0**30},
     }
 )
 
@@ -125,6 +152,12 @@ def write(value: float, dimension: Dimension) -> str:
 @functools.lru_cache(maxsize=4096)
 def _convert(number: float, unit: str, dimension: Dimension) -> float:
     """Return `number` of `unit` in SI; not a number if it measures something else."""
+    common = COMMON[dimension].get("".join(unit.split()))
+    return _convert_by_pint(number, unit, dimension) if common is None else number * common
+
+
+def _convert_by_pint(number: float, unit: str, dimension: Dimension) -> float:
+    """Return the same, of any unit there is."""
     import pint  # noqa: PLC0415 (as above)
 
     units = registry()

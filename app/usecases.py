@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.drawing import draw_here
 from app.file_names import file_stem
 from app.run_folder import make_run_folder, remove_unfinished
 from app.run_layout import reaches
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from app.carry_out import Progress, Watch
     from app.checkpoint import Saved
+    from app.drawing import Draw
     from app.schemas import Loaded
     from app.schemas.document import Data
     from rigs.record import Outcome
@@ -44,6 +46,8 @@ def run_protocol(
     *,
     exact: bool = False,
     chosen: Mapping[str, Data] | None = None,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
 ) -> RunResult:
     """Run a protocol: record, log, plot and pictures in a run folder.
 
@@ -59,6 +63,10 @@ def run_protocol(
         Run in `out` itself, whatever else is in it but a run that can be gone on with.
     chosen : Mapping, optional
         Values for some of its parameters, in the place of its own.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When the run began, on the clock of `perf_counter` [s]; by itself now.
 
     Returns
     -------
@@ -73,7 +81,8 @@ def run_protocol(
         If there is a run in the exact folder.
     """
     loaded = load(path, chosen).one_test()
-    return run_loaded(loaded, RUNS / file_stem(loaded.protocol.name) if out is None else out, progress, exact=exact)
+    folder = RUNS / file_stem(loaded.protocol.name) if out is None else out
+    return run_loaded(loaded, folder, progress, exact=exact, draw=draw, began=began)
 
 
 def run_loaded(
@@ -83,7 +92,8 @@ def run_loaded(
     watch: Watch | None = None,
     *,
     exact: bool = False,
-    pictures: bool = True,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
 ) -> RunResult:
     """Run a protocol that has been read; else as `run_protocol`.
 
@@ -99,18 +109,27 @@ def run_loaded(
         Told number, row and strains [1] of every equilibrium.
     exact : bool
         Run in `out` itself, whatever else is in it but a run that can be gone on with.
-    pictures : bool
-        Whether to draw the plot and the knit too.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
     """
-    began = perf_counter()
+    began = perf_counter() if began is None else began
     _announce()
     rig, state = put_up(loaded)
     folder = _exactly(out) if exact else make_run_folder(out)
     with locked(folder):
-        return from_start(make_task(loaded, folder, began, progress, watch, pictures=pictures), rig, state)
+        return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
 
 
-def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pictures: bool = True) -> RunResult:
+def resume_run(
+    run: Path,
+    progress: Progress,
+    watch: Watch | None = None,
+    *,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
+) -> RunResult:
     """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
 
     Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
@@ -124,8 +143,10 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium from there.
-    pictures : bool
-        Whether to draw the plot and the knit too.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
 
     Returns
     -------
@@ -139,16 +160,16 @@ def resume_run(run: Path, progress: Progress, watch: Watch | None = None, *, pic
     SpecificationError
         If another process is at it.
     """
-    began = perf_counter()
+    began = perf_counter() if began is None else began
     folder = _folder(run)
     with locked(folder):
         remove_unfinished(folder)
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":
-            return as_ended(record, folder, saved, progress, pictures=pictures)
+            return as_ended(record, folder, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
-        task = make_task(loaded, folder, began, progress, watch, pictures=pictures)
+        task = make_task(loaded, folder, began, progress, watch, draw=draw)
         _announce()
         if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
             sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")

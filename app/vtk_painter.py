@@ -1,4 +1,6 @@
-"""Paint tubes with VTK, in a process of its own: ``python -m app.vtk_painter scene.npz images.npz``.
+"""Paint tubes with VTK, in a process of its own: ``python -m app.vtk_painter``.
+
+Two lines come on its standard input, when there is something to paint: the file of the scene and that of the images.
 
 A graphics driver that is missing or broken takes down the process it is loaded into, and that
 must not be the one which holds a run.
@@ -122,5 +124,7 @@ def shrink(image: FloatImage) -> npt.NDArray[np.uint8]:
 
 
 if __name__ == "__main__":
-    with np.load(sys.argv[1]) as given:
-        np.savez(sys.argv[2], *paint(given))
+    names = sys.stdin.buffer.read().decode().splitlines()
+    if len(names) == 2:  # else whoever wanted to paint is gone
+        with np.load(names[0]) as given:
+            np.savez(names[1], *paint(given))

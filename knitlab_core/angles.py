@@ -1,7 +1,9 @@
 """Sine, cosine, arc tangent and exponential with the same bits on every processor.
 
 Those of the C library and of NumPy choose their code by processor, and a last bit decides now and then on which side
-of a bifurcation a knit goes on. These use additions, multiplications and divisions in a fixed order.
+of a bifurcation a knit goes on. These use additions, multiplications and divisions in a fixed order, which NumPy and
+compiled code round alike: `knitlab_core.angle_kernels` compiles the same formulas, and building a knit needs no
+compiler.
 
 References
 ----------
@@ -12,11 +14,13 @@ preserved.
 """
 
 import math
+from typing import TypeVar
 
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.jit import inline_kernel, kernel
+
+NumberT = TypeVar("NumberT", float, FloatArray)
 
 TWO_OVER_PI = 0.6366197723675814
 # pi/2 in two parts of 33 bits and a rest.
@@ -35,15 +39,19 @@ A6, A8, A10 = 6.66107313738753120669e-02, 4.97687799461593236017e-02, 1.62858201
 A1, A3, A5 = -1.99999999998764832476e-01, -1.11111104054623557880e-01, -7.69187620504482999495e-02
 A7, A9 = -5.83357013379057348645e-02, -3.65315727442169155270e-02
 
+# Where the arc tangent is taken from another angle than 0, and that angle in two parts [rad].
+ARC_FROM = (2.4375, 1.1875, 0.6875, 0.4375)
+ARC_HIGH = 1.57079632679489655800e00, 9.82793723247329054082e-01, 7.85398163397448278999e-01, 4.63647609000806093515e-01
+ARC_LOW = 6.12323399573676603587e-17, 1.39033110312309984516e-17, 3.06161699786838301793e-17, 2.26987774529616870924e-17
+
 ONE_OVER_LN2 = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 P1, P2, P3 = 1.66666666666666019037e-01, -2.77777777770155933842e-03, 6.61375632143793436117e-05
 P4, P5 = -1.65339022054652515390e-06, 4.13813679705723846039e-08
 
 
-@inline_kernel
-def cosine_sine(x: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle [rad], up to a million in size."""
+def in_first_quarter(x: NumberT) -> tuple[NumberT, NumberT, NumberT]:
+    """Return how many quarters of a turn are in an angle [rad], to the nearest, and cosine and sine of the rest."""
     n = np.rint(x * TWO_OVER_PI)
     t = x - n * HALF_PI_1
     w = n * HALF_PI_2
@@ -59,29 +67,11 @@ def cosine_sine(x: float) -> tuple[float, float]:
     p = z * (C1 + z * (C2 + z * C3)) + zz * zz * (C4 + z * (C5 + z * C6))
     half = 0.5 * z
     near = 1.0 - half
-    cosine = near + (((1.0 - near) - half) + (z * p - y * rest))
-    quarter = int(n) & 3
-    if quarter == 0:
-        return cosine, sine
-    if quarter == 1:
-        return -sine, cosine
-    if quarter == 2:
-        return -cosine, -sine
-    return sine, -cosine
+    return n, near + (((1.0 - near) - half) + (z * p - y * rest)), sine
 
 
-@inline_kernel
-def _arc(x: float) -> float:
-    """Return the arc tangent of a number from 0 to infinity."""
-    high, low = 0.0, 0.0
-    if x >= 2.4375:
-        high, low, x = 1.57079632679489655800e00, 6.12323399573676603587e-17, -1.0 / x
-    elif x >= 1.1875:
-        high, low, x = 9.82793723247329054082e-01, 1.39033110312309984516e-17, (x - 1.5) / (1.0 + 1.5 * x)
-    elif x >= 0.6875:
-        high, low, x = 7.85398163397448278999e-01, 3.06161699786838301793e-17, (x - 1.0) / (x + 1.0)
-    elif x >= 0.4375:
-        high, low, x = 4.63647609000806093515e-01, 2.26987774529616870924e-17, (2.0 * x - 1.0) / (2.0 + x)
+def arc_from_zero(x: NumberT, high: NumberT, low: NumberT) -> NumberT:
+    """Return the arc tangent of a number of up to 0.4375 in size, and an angle in two parts added to it [rad]."""
     z = x * x
     w = z * z
     even = z * (A0 + w * (A2 + w * (A4 + w * (A6 + w * (A8 + w * A10)))))
@@ -89,36 +79,13 @@ def _arc(x: float) -> float:
     return high - ((x * (even + odd) - low) - x)
 
 
-@inline_kernel
-def arc_tangent(y: float, x: float) -> float:
-    """Return the angle of the point (x, y), from -pi to pi [rad]; 0 for the origin."""
-    if y == 0.0 and x >= 0.0:
-        return 0.0
-    angle = _arc(abs(y) / abs(x))
-    if x < 0.0:
-        angle = np.pi - (angle - PI_REST)
-    return angle if y >= 0.0 else -angle
-
-
-@kernel
-def _cosines_sines(x: FloatArray, cosines: FloatArray, sines: FloatArray) -> None:
-    for i in range(x.size):
-        cosines[i], sines[i] = cosine_sine(x[i])
-
-
-@kernel
-def _arc_tangents(y: FloatArray, x: FloatArray, angles: FloatArray) -> None:
-    for i in range(x.size):
-        angles[i] = arc_tangent(y[i], x[i])
-
-
 def cosines_sines(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return cosines and sines of angles [rad], in arrays of their shape."""
-    flat = np.ascontiguousarray(x, dtype=np.float64).reshape(-1)
-    cosines, sines = np.empty_like(flat), np.empty_like(flat)
-    _cosines_sines(flat, cosines, sines)
-    shape = np.shape(x)
-    return cosines.reshape(shape), sines.reshape(shape)
+    n, cosines, sines = in_first_quarter(np.asarray(x, dtype=np.float64))
+    quarter = n.astype(np.int64) & 3
+    odd, behind, below = (quarter & 1) == 1, (quarter == 1) | (quarter == 2), quarter >= 2
+    turned, beside = np.where(odd, sines, cosines), np.where(odd, cosines, sines)
+    return np.where(behind, -turned, turned), np.where(below, -beside, beside)
 
 
 def cosine(x: FloatArray) -> FloatArray:
@@ -145,10 +112,16 @@ def sine(x: FloatArray) -> FloatArray:
 
 def arc_tangents(y: FloatArray, x: FloatArray) -> FloatArray:
     """Return the angles of points (x, y) in two arrays of one shape [rad]."""
-    flat_y, flat_x = (np.ascontiguousarray(a, dtype=np.float64).reshape(-1) for a in (y, x))
-    angles = np.empty_like(flat_x)
-    _arc_tangents(flat_y, flat_x, angles)
-    return angles.reshape(np.shape(x))
+    y, x = np.asarray(y, dtype=np.float64), np.asarray(x, dtype=np.float64)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        slope = np.abs(y) / np.abs(x)
+        pieces = [slope >= least for least in ARC_FROM]
+        high, low = np.select(pieces, ARC_HIGH, 0.0), np.select(pieces, ARC_LOW, 0.0)
+        moved = -1.0 / slope, (slope - 1.5) / (1.0 + 1.5 * slope), (slope - 1.0) / (slope + 1.0)
+        near = np.select(pieces, [*moved, (2.0 * slope - 1.0) / (2.0 + slope)], slope)
+        angle = arc_from_zero(near, high, low)
+    angle = np.where(x < 0.0, np.pi - (angle - PI_REST), angle)
+    return np.where((y == 0.0) & (x >= 0.0), 0.0, np.where(y >= 0.0, angle, -angle))
 
 
 def exponential(x: float) -> float:

@@ -41,6 +41,8 @@ _SOURCE_ROOT: Final = Path(__file__).resolve().parent
 _KERNEL_FILE: Final = re.compile(
     rb"^(?:from knitlab_core\.jit import|from knitlab_core import .*\bjit\b|import knitlab_core\.jit)", re.MULTILINE
 )
+_COMPILER_FILES: Final = frozenset({"jit.py", "angles.py"})
+"""Files that kernels are made from without a word of this one in them."""
 _FOLDER: Final = re.compile(r"kernels-[0-9a-f]{16}")
 _defined: list[str] = []
 _settings: Final[Any] = numba.config
@@ -77,7 +79,7 @@ def user_cache_directory(environment: Mapping[str, str], system: str) -> Path:
 
 
 def kernel_files(root: Path) -> list[Path]:
-    """Return the files under a package that define kernels, sorted; `jit.py` itself included.
+    """Return the files under a package that define kernels or compile them, sorted.
 
     Parameters
     ----------
@@ -85,7 +87,8 @@ def kernel_files(root: Path) -> list[Path]:
         Folder of the ``knitlab_core`` package.
     """
     files = sorted(root.rglob("*.py"))
-    return [file for file in files if file == root / "jit.py" or _KERNEL_FILE.search(file.read_bytes())]
+    own = {root / name for name in _COMPILER_FILES}
+    return [file for file in files if file in own or _KERNEL_FILE.search(file.read_bytes())]
 
 
 def source_hash(root: Path) -> str:

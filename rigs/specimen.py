@@ -26,7 +26,7 @@ from rigs.record import SpecimenSize
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from knitlab_core.contact.bonds import BondLaw
+    from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.knits import SiteSet
     from rigs.record import FloatArray
     from rigs.steps import Axis

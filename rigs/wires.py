@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from knitlab_core.equilibrium.poles import Hooks
 from knitlab_core.knits import wires_through
 from rigs.fixtures import COORDINATE, SITES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from knitlab_core.equilibrium.poles import Hooks
     from knitlab_core.knits import Specimen
     from rigs.fixtures import Grip
     from rigs.record import FloatArray
@@ -98,6 +98,8 @@ def sliding_hooks(grips: Pairs, friction: Mapping[Axis, float], q: FloatArray) -
     Hooks or None
         The wires of every loop, and every pin whose pole rubs; None if there are none.
     """
+    from knitlab_core.equilibrium.poles import Hooks  # noqa: PLC0415 (kernels: a plan needs none)
+
     found = [
         (nodes, COORDINATE[axis], grip.pole, 0.0 if nodes[0] in grip.anchored else friction[axis])
         for axis, pair in grips.items()

@@ -10,7 +10,7 @@ from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.specimen import FilamentModel, StitchModel
 from app.units import write
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area
 from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named

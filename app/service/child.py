@@ -117,14 +117,16 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     """Do what is left of the test after earlier attempts; begin at the beginning if they came to nothing."""
     from app.carry_out import RECORD  # noqa: PLC0415 (heavy: only once the folder is ours)
     from app.checkpoint import CHECKPOINT  # noqa: PLC0415
+    from app.drawing import draw_here  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.usecases import resume_run, run_loaded  # noqa: PLC0415
 
     spec = files.read_spec()
+    draw = draw_here if spec.pictures else None
     if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
         try:
             over = _look_back(files, going_on=(files.run / CHECKPOINT).exists())
-            ended = resume_run(files.run, watch.progress, watch.row, pictures=spec.pictures)
+            ended = resume_run(files.run, watch.progress, watch.row, draw=draw)
         except (FormatError, FileNotFoundError) as error:
             # As after an upgrade: late is better than never.
             _log(f"begins again: {error}")
@@ -134,7 +136,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
             return ended
     shutil.rmtree(files.run, ignore_errors=True)
     loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
-    ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, pictures=spec.pictures)
+    ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
     return ended
 

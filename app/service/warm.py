@@ -33,7 +33,7 @@ def warm_up() -> None:
     from app.usecases import run_loaded  # noqa: PLC0415
 
     with tempfile.TemporaryDirectory() as folder:
-        run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, pictures=False)
+        run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, draw=None)
     gc.collect()
     gc.freeze()  # pages that the collector does not touch stay shared
 

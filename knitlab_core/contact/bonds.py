@@ -13,7 +13,6 @@ a bonded or flat punch of radius a on a like solid), E A / g for a long neck. Sh
 pull; on half-spaces it is 2 (1 - nu) / (2 - nu) = 0.77 of it (Mindlin 1949).
 """
 
-from dataclasses import dataclass
 from itertools import product
 from math import inf, pi, sqrt
 from typing import NamedTuple, Self
@@ -21,11 +20,11 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.contact.law import ContactLaw
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import Samples, sample_points
 from knitlab_core.contact.slip import material_frames
-from knitlab_core.errors import SpecificationError
 from knitlab_core.rods.frames import Frames
 from knitlab_core.units import Scales
 
@@ -33,49 +32,6 @@ ONE_CROSSING = 2.0
 """Arc length on both strands within which two closest points are the same crossing [r]."""
 
 _TIE = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BondLaw:
-    """Say which strands are fused, and what their bonds bear.
-
-    A bond breaks where (sigma / strength)^2 + (tau / shear_strength)^2 reaches 1, with sigma = F / A + 4 M / pi a^3
-    the largest tension on the neck (none if pressed) and tau = S / A + 2 T / pi a^3 the largest shear, of pull F,
-    shear S, bending moment M and torque T.
-
-    Parameters
-    ----------
-    fuse_gap : float
-        Strands whose surfaces are printed nearer than this are fused [m].
-    patch_radius : float
-        Radius of a neck [m].
-    strength : float
-        Tension at which it breaks [Pa].
-    shear_strength : float or None
-        Shear at which it breaks [Pa]; None is strength / sqrt 3 (von Mises).
-    locate : float
-        How near to its strength a bond is found before it breaks [1]; those as near break together.
-
-    Raises
-    ------
-    SpecificationError
-        For a number that is not above zero, or a `locate` that is not below 1.
-    """
-
-    fuse_gap: float
-    patch_radius: float
-    strength: float
-    shear_strength: float | None = None
-    locate: float = 0.01
-
-    def __post_init__(self) -> None:
-        """Refuse numbers that no bond can have."""
-        for field in ("fuse_gap", "patch_radius", "strength", "shear_strength"):
-            value = getattr(self, field)
-            if value is not None and not 0.0 < value < inf:
-                raise SpecificationError(f"bonds.{field}", value, "a number above 0")
-        if not 0.0 < self.locate < 1.0:
-            raise SpecificationError("bonds.locate", self.locate, "above 0, below 1")
 
 
 class Bonds(NamedTuple):

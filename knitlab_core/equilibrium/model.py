@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
-from knitlab_core.contact.bonds import BondLaw, Bonds, BondState, find_bonds
+from knitlab_core.contact.bond_law import BondLaw
+from knitlab_core.contact.bonds import Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
 from knitlab_core.contact.samples import Samples

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.angles import cosine, sine
+from knitlab_core.angles import cosines_sines, sine
 
 if TYPE_CHECKING:
     from knitlab_core.knits.stitch import FloatArray, IntArray, Stitch
@@ -27,11 +27,16 @@ _MOST_NEWTON_STEPS: Final = 12
 def derivatives(stitch: Stitch, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the first and second derivative of Eq. 1 by t, each (n, 3) [loop widths]."""
     a, h, d = stitch.curvature, stitch.height, stitch.depth
-    course = (1.0 + 2.0 * a * cosine(2.0 * t)) / (2.0 * np.pi)
-    first = np.stack([course, -h * sine(t), -2.0 * d * sine(2.0 * t)], axis=-1)
-    course_second = -2.0 * a * sine(2.0 * t) / np.pi
-    second = np.stack([course_second, -h * cosine(t), -4.0 * d * cosine(2.0 * t)], axis=-1)
-    return first, second
+    (cosine_once, sine_once), (cosine_twice, sine_twice) = cosines_sines(t), cosines_sines(2.0 * t)
+    course_second = -2.0 * a * sine_twice / np.pi
+    second = np.stack([course_second, -h * cosine_once, -4.0 * d * cosine_twice], axis=-1)
+    return _first(stitch, sine_once, cosine_twice, sine_twice), second
+
+
+def _first(stitch: Stitch, sine_once: FloatArray, cosine_twice: FloatArray, sine_twice: FloatArray) -> FloatArray:
+    """Return the first derivative from the sine of t, and cosine and sine of 2 t."""
+    course = (1.0 + 2.0 * stitch.curvature * cosine_twice) / (2.0 * np.pi)
+    return np.stack([course, -stitch.height * sine_once, -2.0 * stitch.depth * sine_twice], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,7 +126,7 @@ def tightest_bend(stitch: Stitch) -> tuple[float, float]:
 
 
 def _speed(stitch: Stitch, t: FloatArray) -> FloatArray:
-    speed: FloatArray = np.linalg.norm(derivatives(stitch, t)[0], axis=-1)
+    speed: FloatArray = np.linalg.norm(_first(stitch, sine(t), *cosines_sines(2.0 * t)), axis=-1)
     return speed
 
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.near_points import pairs_within
 
 if TYPE_CHECKING:
     from knitlab_core.knits.centreline import Centreline
@@ -92,10 +92,10 @@ def closest_approach(centreline: Centreline, *, largest_curvature: float) -> App
 
 def _candidates(points: FloatArray, s: FloatArray, apart: float) -> IntArray:
     """Return sample pairs (k, 2) within one sample spacing of the least distance of samples."""
-    tree, spacing = cKDTree(points), float(s[1])
+    spacing = float(s[1])
     reach = 2.0 * spacing
     while True:
-        pairs: IntArray = tree.query_pairs(reach, output_type="ndarray")
+        pairs = pairs_within(points, reach)
         pairs = pairs[s[pairs[:, 1]] - s[pairs[:, 0]] >= apart]
         if pairs.size:
             distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=-1)

@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from knitlab_core.angles import arc_tangent, cosine_sine
+from knitlab_core.angle_kernels import arc_tangent, cosine_sine
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub

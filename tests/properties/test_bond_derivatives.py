@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from knitlab_core.contact.bond_forces import bond_energy, bond_gradient, bond_hessian, bond_loads
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, place_edges
 from knitlab_core.equilibrium.model import make_model

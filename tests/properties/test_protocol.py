@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.schemas import ProtocolError, from_yaml, to_yaml
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value

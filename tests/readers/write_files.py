@@ -77,7 +77,7 @@ steps:
 def run(text: str, folder: Path) -> RunReader:
     """Do a test as the command line does, but for its plots, and return its record."""
     loaded = loads(text)
-    run_loaded(loaded, folder / loaded.protocol.name, lambda _share, _text: None, exact=True, pictures=False)
+    run_loaded(loaded, folder / loaded.protocol.name, lambda _share, _text: None, exact=True, draw=None)
     return RunReader(folder / loaded.protocol.name / "run.h5")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.rig_data import machines_of
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, same_area

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -63,8 +64,16 @@ def end_with(monkeypatch: pytest.MonkeyPatch) -> Callable[[Ended | BaseException
         calls: list[object] = []
 
         def run_protocol(
-            path: Path, out: Path | None, progress: Callable[[float, str], None], *, chosen: dict[str, object]
+            path: Path,
+            out: Path | None,
+            progress: Callable[[float, str], None],
+            *,
+            chosen: dict[str, object],
+            draw: object,
+            began: float,
         ) -> Ended:
+            assert draw is not None
+            assert began < time.perf_counter()
             calls.extend([path, out, *chosen])
             progress(0.5, "halfway")
             if isinstance(end, BaseException):
@@ -96,10 +105,20 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
         assert "knitlab " + command in say(command, "--help").out
 
 
-def test_help_loads_nothing_heavy() -> None:
-    heavy = {"numpy", "scipy", "numba", "matplotlib", "pint", "pydantic", "h5py", "pyvista", "ruamel.yaml"}
+@pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        (["--help"], {"numpy", "scipy", "numba", "matplotlib", "pint", "pydantic", "h5py", "pyvista", "ruamel.yaml"}),
+        # Strokes and clearance of a knit need neither the solver nor anything that draws.
+        (
+            ["check", str(EXAMPLES / "biaxial_small.yaml")],
+            {"scipy", "numba", "llvmlite", "matplotlib", "pint", "h5py", "pyvista", "fastapi", "sqlalchemy"},
+        ),
+    ],
+)
+def test_help_and_check_load_nothing_heavy(words: list[str], heavy: set[str]) -> None:
     code = (
-        "import sys; sys.argv = ['knitlab', '--help']\n"
+        f"import sys; sys.argv = {['knitlab', *words]!r}\n"
         "from app.cli import main\n"
         "try: main()\n"
         f"finally: print('heavy:', sorted({heavy!r} & set(sys.modules)))"

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 import h5py
@@ -60,8 +59,6 @@ SHORT: Final = ELASTIC[: ELASTIC.index("  - cycle")]
 # The runs here take a second: checkpoints come more often, and no pictures are drawn.
 CHILD: Final = (
     "import app.checkpoint; app.checkpoint.EVERY, app.checkpoint.SHARE = 0.05, float('inf')\n"
-    "import app.carry_out; app.carry_out.stress_strain_plot = lambda *_: None\n"
-    "from types import SimpleNamespace; app.carry_out.knit_frames = lambda *_: SimpleNamespace(note='')\n"
     "import sys; sys.argv[0] = 'knitlab'\n"
     "from app.cli import main; main()"
 )
@@ -69,7 +66,7 @@ CHILD: Final = (
 
 def knitlab(*words: object) -> subprocess.Popen[str]:
     return subprocess.Popen(  # noqa: S603
-        [sys.executable, "-P", "-c", CHILD, *map(str, words)],
+        [sys.executable, "-P", "-c", CHILD, *map(str, words), "--no-pictures"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -126,8 +123,7 @@ def assert_alike(folder: Path, whole: Path) -> None:
 @pytest.fixture
 def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], tuple[Path, Path]]:
     """Return a function that runs a protocol without a kill; it returns the protocol's file and the run folder."""
-    monkeypatch.setattr("app.carry_out.stress_strain_plot", lambda *_: None)
-    monkeypatch.setattr("app.carry_out.knit_frames", lambda *_: SimpleNamespace(note=""))
+    monkeypatch.setattr("app.drawing.draw_pictures", lambda *_: "")
 
     def run(text: str) -> tuple[Path, Path]:
         protocol = tmp_path / "protocol.yaml"

@@ -64,7 +64,7 @@ def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> 
     job = json.loads(said.stdout)
     assert (job["state"], job["end"], job["name"]) == ("succeeded", "target", "quick")
     assert job["progress"]["share"] == 1.0
-    run = run_loaded(loads(QUICK), tmp_path / "here", lambda _share, _text: None, pictures=False)
+    run = run_loaded(loads(QUICK), tmp_path / "here", lambda _share, _text: None, draw=None)
     log = (run.folder / "quick.csv").read_bytes()
     assert len(log.splitlines()) > 50
     assert [Path(path).name for path in job["files"]] == ["quick.csv"]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.units import Dimension, parse, registry, write
+from app.units import COMMON, Dimension, parse, registry, write
 from knitlab_core.errors import UnitError
 
 
@@ -29,6 +29,17 @@ from knitlab_core.errors import UnitError
 )
 def test_quantities_become_si(text: object, dimension: Dimension, value: float) -> None:
     assert parse(text, dimension) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension"), [(unit, dimension) for dimension, units in COMMON.items() for unit in units]
+)
+def test_a_common_unit_is_to_the_last_bit_what_pint_makes_of_it(unit: str, dimension: Dimension) -> None:
+    for number in (1.0, 0.1, 3.0, 8.0, 12.5, 0.0123, 99.99, 1234567.0, 4.4e-7, 40.0, 44.0, 0.7):
+        by_pint = registry().Quantity(number, registry().parse_units(f"1{unit}" if unit[0] == "/" else unit))
+        si = {"strain": "dimensionless", "memory": "byte"}.get(dimension) or by_pint.to_base_units().units
+        si = {"stress": "Pa", "force": "N", "frequency": "Hz", "force rate": "N/s"}.get(dimension) or si
+        assert parse(f"{number!r} {unit}", dimension) == by_pint.to(si).magnitude
 
 
 @pytest.mark.parametrize(

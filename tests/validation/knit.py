@@ -20,7 +20,7 @@ from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, planar_specime
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from knitlab_core.contact.bonds import BondLaw
+    from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.equilibrium.newton import Options
 
 FloatArray = NDArray[np.float64]

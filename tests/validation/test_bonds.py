@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.newton import Options

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from knitlab_core.contact.bonds import BondLaw, Bonds
+from knitlab_core.contact.bond_law import BondLaw
+from knitlab_core.contact.bonds import Bonds
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen

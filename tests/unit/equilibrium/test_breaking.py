@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.contact.bonds import BondLaw, BondState
+from knitlab_core.contact.bond_law import BondLaw
+from knitlab_core.contact.bonds import BondState
 from knitlab_core.equilibrium.breaking import TRIES, reach
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model

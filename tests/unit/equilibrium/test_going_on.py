@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pytest
 
-from knitlab_core.contact.bonds import BondLaw
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.rupture import break_fibre, sever, weakest

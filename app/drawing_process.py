@@ -1,0 +1,48 @@
+"""Draw one record that comes on the standard input: ``python -m app.drawing_process``, started by `app.drawing`.
+
+A line of JSON comes, ``[record, name]``, and the note of `draw_pictures` goes out, as a line of JSON too. The end of
+the input is the end of whoever wanted the pictures, and of this process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+from queue import Empty, Queue
+
+from app.drawing import IDLE_SECONDS, draw_pictures
+from app.painters import start_painter
+
+
+def _listen(asked: Queue[bytes]) -> None:
+    """Pass on the line that comes; leave at once when the input ends, whatever is being drawn."""
+    for line in sys.stdin.buffer:
+        asked.put(line)
+    os._exit(0)
+
+
+def main() -> None:
+    """Get ready, wait for a record, draw it, answer."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # what libraries print is no answer
+    asked: Queue[bytes] = Queue()
+    threading.Thread(target=_listen, args=(asked,), daemon=True).start()
+    start_painter()
+    import matplotlib.backends.backend_agg  # noqa: F401, PLC0415
+
+    import app.pictures  # noqa: PLC0415 (what takes long to import comes after the painter, which imports beside)
+    import app.report  # noqa: F401, PLC0415
+
+    try:
+        record, name = json.loads(asked.get(timeout=IDLE_SECONDS))
+    except Empty:
+        return
+    answers.write(json.dumps(draw_pictures(Path(record), name)) + "\n")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()
