@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-from app.painters import import_path
+from app import beside
 from app.run_reader import RunReader
 
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Callable, Iterator
     from pathlib import Path
     from types import TracebackType
@@ -60,24 +58,7 @@ class Drawer:
     """
 
     def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = self._start()
-
-    @staticmethod
-    def _start() -> subprocess.Popen[bytes] | None:
-        """Start the process; None where the system does not let us."""
-        try:
-            # Ctrl-C in a terminal goes to all of a group; the pictures of an interrupted run are drawn all the same.
-            return subprocess.Popen(
-                [sys.executable, "-P", "-m", "app.drawing_process"],
-                env={**os.environ, "PYTHONPATH": import_path(os.environ)},
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-            )
-        except OSError:
-            return None
+        self._process: subprocess.Popen[bytes] | None = beside.start("app.drawing_process")
 
     def __call__(self, record: Path, name: str) -> Callable[[], str]:
         """Begin to draw; return a function that waits for the end of it and gives the note of `draw_pictures`."""
@@ -104,9 +85,7 @@ class Drawer:
         """End the process."""
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
-            with suppress(OSError):
-                process.communicate()
+            beside.end(process)
 
     def __enter__(self) -> Self:
         return self

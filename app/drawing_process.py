@@ -8,28 +8,19 @@ from __future__ import annotations
 
 import json
 import os
-import sys
-import threading
 from pathlib import Path
-from queue import Empty, Queue
+from queue import Empty
 
+from app import beside
 from app.drawing import IDLE_SECONDS, draw_pictures
 from app.painters import start_painter
-
-
-def _listen(asked: Queue[bytes]) -> None:
-    """Pass on the line that comes; leave at once when the input ends, whatever is being drawn."""
-    for line in sys.stdin.buffer:
-        asked.put(line)
-    os._exit(0)
 
 
 def main() -> None:
     """Get ready, wait for a record, draw it, answer."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what libraries print is no answer
-    asked: Queue[bytes] = Queue()
-    threading.Thread(target=_listen, args=(asked,), daemon=True).start()
+    asked = beside.listen()
     start_painter()
     import matplotlib.backends.backend_agg  # noqa: F401, PLC0415
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from app.beside import import_path
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -32,12 +34,6 @@ LAYERS = 24
 
 _ready: list[subprocess.Popen[bytes]] = []
 """A process of VTK that was started before there was anything to paint."""
-
-
-def import_path(environment: Mapping[str, str]) -> str:
-    """Return the ``PYTHONPATH`` with which a process of our own imports the same packages as this one."""
-    home = str(Path(__file__).parents[1])
-    return os.pathsep.join(filter(None, (home, environment.get("PYTHONPATH"))))
 
 
 def vtk_environment(environment: Mapping[str, str], platform: str) -> dict[str, str] | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD, RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.compile_ahead import compiling_beside
 from app.drawing import draw_here
 from app.file_names import file_stem
 from app.run_folder import make_run_folder, remove_unfinished
@@ -21,7 +22,7 @@ from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import cache_is_cold
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from app.carry_out import Progress, Watch
     from app.checkpoint import Saved
@@ -115,11 +116,11 @@ def run_loaded(
         When it began, on the clock of `perf_counter` [s]; by itself now.
     """
     began = perf_counter() if began is None else began
-    _announce()
-    rig, state = put_up(loaded)
-    folder = _exactly(out) if exact else make_run_folder(out)
-    with locked(folder):
-        return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
+    with _compiling():
+        rig, state = put_up(loaded)
+        folder = _exactly(out) if exact else make_run_folder(out)
+        with locked(folder):
+            return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
 
 
 def resume_run(
@@ -170,12 +171,12 @@ def resume_run(
             return as_ended(record, folder, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
         task = make_task(loaded, folder, began, progress, watch, draw=draw)
-        _announce()
-        if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
-            sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
-            return from_start(task, *put_up(loaded))
-        require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
-        return go_on(task, saved)
+        with _compiling():
+            if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
+                sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
+                return from_start(task, *put_up(loaded))
+            require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
+            return go_on(task, saved)
 
 
 def has_ended(run: Path) -> Outcome | None:
@@ -192,10 +193,13 @@ def _folder(run: Path) -> Path:
     return run.parent if run.name == RECORD else run
 
 
-def _announce() -> None:
-    """Say that the first run takes longer."""
+@contextmanager
+def _compiling() -> Iterator[None]:
+    """Say that the first run takes longer, and compile in two processes where that can help."""
     if cache_is_cold():
         sys.stderr.write(FIRST_RUN)
+    with compiling_beside():
+        yield
 
 
 def _exactly(folder: Path) -> Path:
