@@ -19,7 +19,7 @@ from rigs.record import PHASES, Frame
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rigs.record import FloatArray
     from rigs.steps import Axis
@@ -180,12 +180,17 @@ def count_frames(file: h5py.File) -> int:
 
 def read_frames(file: h5py.File, tags: Sequence[str]) -> tuple[Frame, ...]:
     """Return the shapes of a run in the order of time."""
-    return tuple(read_frame(file, step, tags) for step in range(count_frames(file)))
+    columns = growing(file[GROUP])
+    return tuple(_frame_of(columns, step, tags) for step in range(count_frames(file)))
 
 
 def read_frame(file: h5py.File, step: int, tags: Sequence[str]) -> Frame:
     """Return the shape at one step; `tags` are the names of ``/tags``."""
-    columns = growing(file[GROUP])
+    return _frame_of(growing(file[GROUP]), step, tags)
+
+
+def _frame_of(columns: Mapping[str, h5py.Dataset], step: int, tags: Sequence[str]) -> Frame:
+    """Return the shape at one step of the datasets that grow with every step."""
 
     def part(name: str) -> FloatArray:
         rows = int(columns[name].attrs["rows"])
