@@ -55,8 +55,8 @@ def main() -> None:
             ("run", ["run", str(SMALL), *out]),
         ):
             timed(CLI, *words)
-            walls, used = zip(*(timed(CLI, *words) for _ in range(repeats)), strict=True)
-            print(f"{name:20s} {median(walls):6.2f} s, {median(used):6.2f} processor seconds")
+            walls, spent = zip(*(timed(CLI, *words) for _ in range(repeats)), strict=True)
+            print(f"{name:20s} {median(walls):6.2f} s, {median(spent):6.2f} processor seconds")
 
 
 if __name__ == "__main__":
