@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from app.export import row_size
+from app.log_size import row_size
 from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop

@@ -30,7 +30,7 @@ def draw_pictures(record: Path, name: str) -> str:
     record : Path
         ``run.h5``.
     name : str
-        Name of the protocol, with which the names of the files begin.
+        What the names of the files begin with.
 
     Returns
     -------

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from app.file_names import file_stem
 from app.run_folder import write_whole
-from app.run_layout import sample_size
 from app.run_reader import read_run
 from app.sampled import samples_of
 from knitlab_core.errors import SpecificationError
@@ -20,15 +19,11 @@ from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     from app.run_reader import RunReader
     from rigs.logs.logged import Log
-
-
-TEXT_SIZE: Final = 8
-"""About how much a number of a log takes as text [bytes]."""
 
 
 def export_run(
@@ -150,15 +145,3 @@ def logged(run: RunReader) -> Logged:
     for tag in run.tags:
         require_label("run.tags", tag)
     return Logged(sample=sample, size=run.size, samples=run.logs, facts=run.provenance)
-
-
-def row_size(machines: Sequence[str]) -> int:
-    """Return about how much a row of a test's logs takes at most, in the record and in its default files [bytes].
-
-    Parameters
-    ----------
-    machines : sequence of str
-        The machine of each driven axis.
-    """
-    shown = sum(len(LOGS[dialect].dialect.columns) for dialect in defaults(machines))
-    return sum(sample_size(2 * machines.count(machine)) for machine in set(machines)) + TEXT_SIZE * shown

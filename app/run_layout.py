@@ -197,8 +197,3 @@ def _make_channels(file: h5py.File, instrument: Instrument) -> None:
         table[channel.name].attrs.update({"reads": channel.reads, "delay": channel.delay})
     table.create_dataset("overloads", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TEXT)
     _phase_and_tag(table, PACKED)
-
-
-def sample_size(channels: int) -> int:
-    """Return how much a sample of an instrument with some channels takes before it is packed [bytes]."""
-    return 8 + 8 + 1 + 4 + 3 * 8 * channels

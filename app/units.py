@@ -139,8 +139,7 @@ def write(value: float, dimension: Dimension) -> str:
     '8 mm'
     """
     si, usual, _ = _DIMENSIONS[dimension]
-    units = registry()
-    magnitude = float(units.Quantity(value, si).to(usual).magnitude)
+    magnitude = value * (1.0 / COMMON[dimension].get(usual, 1.0))
     # The usual unit reads best; where it would lose the last bit, SI says the number itself.
     for text in (f"{magnitude:.12g} {usual}", f"{magnitude!r} {usual}"):
         if parse(text, dimension) == value:

@@ -1,0 +1,30 @@
+"""How much the logs of a test take; needs no file format, so that a check loads none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from rigs.logs.catalogue import LOGS, defaults
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+TEXT_SIZE: Final = 8
+"""About how much a number of a log takes as text [bytes]."""
+
+
+def row_size(machines: Sequence[str]) -> int:
+    """Return about how much a row of a test's logs takes at most, in the record and in its default files [bytes].
+
+    Parameters
+    ----------
+    machines : sequence of str
+        The machine of each driven axis.
+    """
+    shown = sum(len(LOGS[dialect].dialect.columns) for dialect in defaults(machines))
+    return sum(sample_size(2 * machines.count(machine)) for machine in set(machines)) + TEXT_SIZE * shown
+
+
+def sample_size(channels: int) -> int:
+    """Return how much a sample of an instrument with some channels takes before it is packed [bytes]."""
+    return 8 + 8 + 1 + 4 + 3 * 8 * channels
