@@ -82,7 +82,7 @@ def line_force(share: float) -> float:
         d = float(np.hypot(height, x))
         p = 2.0 - d
         b = 1.0 / (1.0 - p / 2.0) / (1.0 - p**4)
-        return c * b * np.sqrt(p) * (1.5 + p / (2.0 - p) + 4.0 * p**4 / (1.0 - p**4)) * height / d
+        return c * b * float(np.sqrt(p)) * (1.5 + p / (2.0 - p) + 4.0 * p**4 / (1.0 - p**4)) * height / d
 
     half = float(np.sqrt(4.0 - height**2)) * (1.0 - 1e-12)
     return 2.0 * float(quad(push, 0.0, half)[0])

@@ -45,11 +45,11 @@ def test_an_arc_is_free_of_stress_if_it_rests_as_given(unbent: bool) -> None:  #
     assert (np.abs(gradient).max() < 1e-12) is not unbent
 
 
-def _crossing(gap: float, **options: bool) -> tuple[Model, State]:
+def _crossing(gap: float, *, printed: bool = False) -> tuple[Model, State]:
     """Make two strands of unit radius that cross a gap apart, neither over a sample of the other."""
     lower = straight((0.13, 0.0, 0.0), (1.0, 0.0, 0.0), 24.0)
     upper = straight((0.0, 0.29, 2.0 + gap), (0.4, 1.0, 0.0), 24.0)
-    return make_model([lower, upper], radius=1.0, young_modulus=1.0, poisson_ratio=0.3, friction=0.3, **options)
+    return make_model([lower, upper], radius=1.0, young_modulus=1.0, poisson_ratio=0.3, friction=0.3, printed=printed)
 
 
 def _forces(model: Model, state: State, towards: float = 0.0) -> NDArray[np.float64]:
