@@ -229,6 +229,7 @@ def _train(numbers: MachineData) -> Train:
 def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
     """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
     material, yarn = spec.substance, specimen.yarn
+    straight = spec.rest_shape == "straight"
     model, state = make_model(
         specimen.strands,
         radius=specimen.radius,
@@ -236,7 +237,8 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray
         poisson_ratio=material.poisson_ratio.value,
         friction=spec.friction,
         section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
-        straight=spec.rest_shape == "straight",
+        straight=straight,
+        printed=not straight,
         bonds=spec.fused,
         wires=wires,
     )

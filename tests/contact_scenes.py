@@ -52,7 +52,11 @@ def straight(centre: Sequence[float], direction: Sequence[float], length: float,
 
 
 def unit_model(
-    strands: Sequence[FloatArray], friction: float = 0.0, *, sample_spacing: float = SAMPLE_SPACING
+    strands: Sequence[FloatArray],
+    friction: float = 0.0,
+    *,
+    sample_spacing: float = SAMPLE_SPACING,
+    printed: bool = False,
 ) -> tuple[Model, State]:
     """Make a model of unit radius and modulus."""
     return make_model(
@@ -62,6 +66,7 @@ def unit_model(
         poisson_ratio=POISSON_RATIO,
         friction=friction,
         sample_spacing=sample_spacing,
+        printed=printed,
     )
 
 

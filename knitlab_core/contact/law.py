@@ -5,7 +5,8 @@ store wa wb psi(p). For cylinders crossed at right angles the double integral
 collapses to F(delta) = 2 pi (D - delta) psi(delta), so that
 psi(p) = E* / (3 pi sqrt(r)) p^(3/2) / (1 - p / D), with E* = E / (2 (1 - nu^2)),
 is Hertz's F = 4/3 E* sqrt(r) delta^(3/2) exactly. Around touch the power 3/2 is
-replaced by a cubic that begins a little before (see `pair_potential`).
+replaced by a polynomial that begins a little before, but never where strands were
+printed: those feel nothing (see `pair_potential` and `law_as_printed`).
 """
 
 from math import sqrt
@@ -21,15 +22,17 @@ class ContactLaw(NamedTuple):
     """Constants of contact and friction, scaled by r and E.
 
     `coefficient`: of psi; `distance`: of two centrelines that touch; `onset`:
-    gap at which the force begins, and overlap from which it is Hertz's; `reach`:
-    distance plus onset; `overlap_limit`: where the barrier is infinite; `friction`: coefficient mu; `slip`: elastic
-    slip before sliding; `exclusion`: arc length within which samples of one
-    strand are not paired.
+    gap at which the force begins, from 0 to `rounding`; `rounding`: overlap from which it is Hertz's; `rise`: what is
+    between, see there; `reach`: distance plus onset; `overlap_limit`: where the barrier is infinite; `friction`:
+    coefficient mu; `slip`: elastic slip before sliding; `exclusion`: arc length within which samples of one strand
+    are not paired.
     """
 
     coefficient: float
     distance: float
     onset: float
+    rounding: float
+    rise: tuple[float, float, float, float]
     reach: float
     overlap_limit: float
     friction: float
@@ -44,6 +47,8 @@ def make_law(poisson_ratio: float, friction: float, *, onset: float = 0.04, slip
         coefficient=effective_modulus / (3.0 * np.pi),
         distance=2.0,
         onset=onset,
+        rounding=onset,
+        rise=rise(onset, onset),
         reach=2.0 + onset,
         overlap_limit=1.0,
         friction=friction,
@@ -52,19 +57,55 @@ def make_law(poisson_ratio: float, friction: float, *, onset: float = 0.04, slip
     )
 
 
+def law_as_printed(law: ContactLaw, least: float) -> ContactLaw:
+    """Return the law with which strands feel nothing as printed, however near each other.
+
+    The force begins at the printed gap where that is narrower than the onset. Samples of a coarse mesh may overlap
+    where the yarn does not: then strands touch at the distance they were printed at.
+
+    Parameters
+    ----------
+    law : ContactLaw
+        Of strands printed far apart.
+    least : float
+        Least distance of two samples as printed [r].
+    """
+    if least >= law.reach:
+        return law
+    distance = min(law.distance, least)
+    onset = least - distance
+    return law._replace(distance=distance, onset=onset, rise=rise(onset, law.rounding), reach=least)
+
+
+def rise(onset: float, rounding: float) -> tuple[float, float, float, float]:
+    """Return the coefficients of x^3 to x^6, x = p + onset, with which f rises to Hertz's p^(3/2) at p = rounding.
+
+    With g the onset, s the rounding, a = g / s and t = x / (s + g), f = s^(3/2) t^3 (a + (1 - a)(5 - 15/2 t +
+    9/2 t^2 - t^3)). It begins without stiffness, meets p^(3/2) in value and slope, and is convex between: f'' is
+    3 s^(3/2) / (s + g)^2 times 2 a t + 10 (1 - a) t (1 - t)^3. At a = 1 it is a cubic; at a = 0 its largest
+    stiffness is 2.1 times the cubic's, where p^(3/2) itself has infinite stiffness.
+    """
+    width = rounding + onset
+    narrow = 2.0 * rounding / width
+    cubic = 1.0 / (4.0 * rounding * sqrt(4.0 * rounding)) * (narrow * narrow * narrow)
+    late = cubic * (1.0 - onset / rounding)
+    return cubic + 4.0 * late, -7.5 * late / width, 4.5 * late / width**2, -late / width**3
+
+
 @inline_kernel
 def pair_potential(p: float, law: ContactLaw) -> tuple[float, float, float]:
     """Return psi, psi' and psi'' at overlap p > -onset.
 
-    psi = c f(p) b(p) with f = p^(3/2) from p = onset on and the cubic
-    (p + onset)^3 / (4 onset)^(3/2) below, which meets it in value and slope, and
+    psi = c f(p) b(p) with f = p^(3/2) from p = `rounding` on and the polynomial of `rise` below, and
     b = 1 / (1 - p / D) / (1 - (p / p_max)^4): exact Hertz, and a barrier.
     """
-    s = law.onset
+    s = law.rounding
     if p < s:
-        g = 1.0 / (4.0 * s * sqrt(4.0 * s))
-        t = p + s
-        f, f1, f2 = g * t * t * t, 3.0 * g * t * t, 6.0 * g * t
+        x = p + law.onset
+        c3, c4, c5, c6 = law.rise
+        f = (c3 + x * (c4 + x * (c5 + x * c6))) * x * x * x
+        f1 = (3.0 * c3 + x * (4.0 * c4 + x * (5.0 * c5 + x * (6.0 * c6)))) * x * x
+        f2 = (6.0 * c3 + x * (12.0 * c4 + x * (20.0 * c5 + x * (30.0 * c6)))) * x
     else:
         root = sqrt(p)
         f, f1, f2 = p * root, 1.5 * root, 0.75 / root

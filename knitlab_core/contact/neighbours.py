@@ -164,6 +164,23 @@ def find_candidates(q: FloatArray, samples: Samples, law: ContactLaw, skin: floa
             return out.first(count, pairs)
 
 
+def least_distance(q: FloatArray, samples: Samples, law: ContactLaw) -> float:
+    """Return the least distance of two samples [r], rounded down; infinite if none are within the law's reach.
+
+    Parameters
+    ----------
+    q : (N, 4) array
+        Positions [r] and angles.
+    samples, law
+        Where samples lie, and the contact law.
+    """
+    pairs = find_candidates(q, samples, law, law.onset)
+    points = np.empty((len(q) * len(samples.weights), 3))
+    sample_points(q, samples, points)
+    x, y, z = (points[pairs.a] - points[pairs.b]).T
+    return float(np.sqrt((x * x + y * y + z * z).min(initial=np.inf))) * (1.0 - 1e-12)
+
+
 def _cells(centre: FloatArray, cell: float) -> Cells:
     """Sort span centres into cubic cells of at least the given size, fewer than `MAX_CELLS`."""
     low = centre.min(axis=0)

@@ -9,9 +9,11 @@ from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.contact.bonds import Bonds, BondState, find_bonds
 from knitlab_core.contact.friction import Memory
-from knitlab_core.contact.law import ContactLaw, make_law, sample_weights
+from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, sample_weights
+from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.contact.samples import Samples
 from knitlab_core.equilibrium.poles import Hooks, PoleMemory
+from knitlab_core.errors import GeometryError
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
@@ -36,6 +38,12 @@ SMALLEST_FLOOR = 1e-4
 
 SAMPLE_SPACING = 2.0 / 9.0
 """Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""
+
+NARROW_SPACING = 1.0 / 9.0
+"""The same where strands were printed nearer than contact's onset: a narrow onset needs them for as little ripple."""
+
+MOST_OVERLAP = 0.25
+"""Overlap [r] up to which that of printed strands is taken for the mesh's; 0.1 in the coarsest mesh of a thick yarn."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,9 +145,9 @@ def make_model(
     poisson_ratio: float,
     friction: float,
     straight: bool = False,
+    printed: bool = False,
     section: Section = SOLID,
     sample_spacing: float = SAMPLE_SPACING,
-    slip: float = SLIP,
     bonds: BondLaw | None = None,
     wires: Sequence[FloatArray] = (),
 ) -> tuple[Model, State]:
@@ -157,12 +165,13 @@ def make_model(
         Poisson's ratio and Coulomb's coefficient.
     straight : bool
         Rest shape straight instead of as given.
+    printed : bool
+        Strands are clear of each other and of wires as given, so contact stores nothing there (decision 0023). Else
+        its force begins at the onset of `make_law`, and strands may be given pressed together.
     section : Section
         Stiffness of a strand relative to a solid round rod of that radius.
     sample_spacing : float
         Distance of contact samples along a strand [r].
-    slip : float
-        Elastic slip before sliding [r].
     bonds : BondLaw, optional
         How strands that were printed near each other are fused; by default they are not.
     wires : sequence of (n, 3) arrays
@@ -173,6 +182,11 @@ def make_model(
     -------
     Model, State
         With nothing prescribed yet but the dummy angles.
+
+    Raises
+    ------
+    GeometryError
+        If printed strands overlap by more than a mesh may.
     """
     every = [*strands, *wires]
     sizes = tuple(len(s) for s in every)
@@ -184,21 +198,34 @@ def make_model(
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
     rods = _yielding(with_section(rods, section), soft)
+    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    edge = float(rods.rest_length[rods.has_edge & soft].mean())
+    samples, law = _make_samples(rods, sizes, edge, sample_spacing), make_law(poisson_ratio, friction, slip=SLIP)
+    if printed and least_distance(state.q, samples, law) < law.reach:
+        samples = _make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))
+        law = _narrowed(law, least_distance(state.q, samples, law))
     model = Model(
         rods=rods,
         force_floor=_force_floor(rods),
-        samples=_make_samples(rods, sizes, float(rods.rest_length[rods.has_edge & soft].mean()), sample_spacing),
-        law=make_law(poisson_ratio, friction, slip=slip),
+        samples=samples,
+        law=law,
         fixed=fixed,
         scales=Scales(radius=radius, young_modulus=young_modulus),
     )
-    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     if bonds is None:
         return model, state
-    scales, samples = model.scales, model.samples
-    printed = samples._replace(spans=samples.spans[soft[samples.spans]])
-    found = find_bonds(state.q, frames, rods.has_edge, printed, model.law, bonds, scales, poisson_ratio)
+    fusing = samples._replace(spans=samples.spans[soft[samples.spans]])
+    found = find_bonds(state.q, frames, rods.has_edge, fusing, law, bonds, model.scales, poisson_ratio)
     return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
+
+
+def _narrowed(law: ContactLaw, least: float) -> ContactLaw:
+    """Return the contact law of strands whose samples are nearer than its reach as printed."""
+    overlap = law.distance - least
+    if overlap > MOST_OVERLAP:
+        found = f"strands that overlap by {overlap:.2g} contact radii where they cut the yarn's bends short"
+        raise GeometryError("specimen.mesh", found, f"a finer mesh: at most {MOST_OVERLAP:g} contact radii")
+    return law_as_printed(law, least)
 
 
 def _force_floor(rods: Rods) -> float:

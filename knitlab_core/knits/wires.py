@@ -15,7 +15,7 @@ import numpy as np
 
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.arclength import arc_table, yarn_per_loop
-from knitlab_core.knits.clasp import clasp_number
+from knitlab_core.knits.crossing import crossing_number
 from knitlab_core.knits.stitch import Stitch
 from knitlab_core.knits.stockinette import HOOK_ANGLE, knit_middle
 
@@ -89,7 +89,7 @@ def wires_through(specimen: Specimen, edge: SiteSet) -> tuple[LoopWires, ...]:
             middle = specimen.centreline.position(np.array([apex]))[0]
             middle[:2] += beside
             middle[:2] = _clear(specimen, yarn, middle, outwards)
-            _check(specimen, edge, apex, yarn, middle, middles)
+            _check(specimen, apex, yarn, middle, middles)
             middles.append(middle)
             wires.append(_straight(specimen, middle))
         found.append(LoopWires(hooks=tuple(hooks), nodes=tuple(wires)))
@@ -131,9 +131,7 @@ def _clear(specimen: Specimen, yarn: FloatArray, middle: FloatArray, outwards: F
     return place
 
 
-def _check(
-    specimen: Specimen, edge: SiteSet, apex: float, yarn: FloatArray, middle: FloatArray, others: list[FloatArray]
-) -> None:
+def _check(specimen: Specimen, apex: float, yarn: FloatArray, middle: FloatArray, others: list[FloatArray]) -> None:
     """Refuse a wire that overlaps yarn or other wires of its edge, or that its loop does not go around."""
     line, radius = specimen.centreline, specimen.radius / specimen.loop_width
     half, quarter = HALF_LENGTH * radius, 0.25 * yarn_per_loop(_planar(specimen))
@@ -146,7 +144,7 @@ def _check(
         raise GeometryError("hook", found, "pin, or a knit whose boundary loops have room for wires")
     loop = line.position(np.linspace(apex - quarter, apex + quarter, _SAMPLES))
     wire = middle + np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
-    if clasp_number(loop, wire, np.array([*OUTWARDS[edge], 0.0])) == 0:
+    if crossing_number(loop, wire) == 0:
         raise GeometryError("hook", f"a wire that is not inside the loop at {place}", "pin")
 
 

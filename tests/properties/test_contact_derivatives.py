@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from knitlab_core.contact.friction import add_load_coupling
+from knitlab_core.contact.law import law_as_printed
 from knitlab_core.contact.stiffness import contact_hessian, friction_hessian
 from knitlab_core.equilibrium.pattern import make_pattern, multiply
 from tests.contact_scenes import Touch, straight, touch, unit_model
@@ -55,6 +57,8 @@ def tangle(seed: int, friction: float, slide: float, edge: float) -> Tangle:
         x = straight((0, 0, 1.88 * level), (np.cos(angle), np.sin(angle), 0), 6 * edge, edge)
         strands.append(x + rng.normal(0.0, 0.02, x.shape))
     model, state = unit_model(strands, friction=friction)
+    # Printed far apart, nearer than the onset, or touching.
+    model = replace(model, law=law_as_printed(model.law, 2.0 + (1.0, 0.01, 0.0)[seed % 3]))
     scene = touch(model, state)
     scene.pairs.anchor[:] += rng.normal(0.0, 0.01, scene.pairs.anchor.shape)
     q = state.q.copy()
@@ -101,7 +105,7 @@ def least_way_to_a_jump(tangle: Tangle) -> float:
     apart = points[scene.candidates.a] - points[scene.candidates.b]
     overlap = law.distance - np.linalg.norm(apart, axis=1)
     rest = np.abs(np.linalg.norm(scene.slips(q), axis=1) - law.slip)[pairs.load > 0.0]
-    return float(min(np.abs(overlap - law.onset).min(), rest.min(initial=1.0)))
+    return float(min(np.abs(overlap - law.rounding).min(), rest.min(initial=1.0)))
 
 
 @given(seed=SEEDS, friction=FRICTIONS, slide=SLIDES, edge=EDGES)

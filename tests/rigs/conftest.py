@@ -51,15 +51,14 @@ def mount_knit() -> Callable[..., Mounted]:
         pole_friction: float | None = None,
         **specimen: Any,  # noqa: ANN401 (handed through)
     ) -> Mounted:
+        usual = {
+            "knit": "stockinette-default" if layers is None else "volumetric-default",
+            "loop_width": 8e-3,
+            "nodes_per_loop": nodes,
+            "material": "RGD8530-DM",
+        }
         spec = SpecimenSpec(
-            knit="stockinette-default" if layers is None else "volumetric-default",
-            rows=rows,
-            loops=loops,
-            layers=1 if layers is None else layers,
-            loop_width=8e-3,
-            friction=friction,
-            nodes_per_loop=nodes,
-            **{"material": "RGD8530-DM", **specimen},
+            rows=rows, loops=loops, layers=1 if layers is None else layers, friction=friction, **{**usual, **specimen}
         )
         protocol = Protocol(
             specimen=spec,

@@ -155,6 +155,6 @@ def test_friction_is_what_holds_a_straight_yarn_in_its_loops() -> None:
         laid = lay("plain-knit", 3, friction=friction)
         *_, (_, state, _) = knit_in(Workspace(laid.model), laid.state)
         kept.append(int(np.abs(clasp_numbers(laid.specimen, state.q[:, :3])).sum()))
-    # Of twelve; one of them holds the loose end.
-    assert kept[0] == 11
+    # Of twelve.
+    assert kept[0] == 12
     assert kept[1] <= 6

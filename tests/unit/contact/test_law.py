@@ -1,50 +1,95 @@
-"""The normal law: exact derivatives, a smooth onset, Hertz in the middle, a barrier at the end."""
+"""The normal law: exact derivatives, a smooth onset, Hertz in the middle, a barrier at the end; also as printed."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from knitlab_core.contact.law import make_law, pair_potential, sample_weights
+from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, pair_potential, sample_weights
 from tests.contact_scenes import POISSON_RATIO, hertz
 
 LAW = make_law(POISSON_RATIO, 0.3)
-INSIDE = [-0.9 * LAW.onset, -0.2 * LAW.onset, 0.5 * LAW.onset, 1.5 * LAW.onset, 0.1, 0.3, 0.7, 0.95]
+PRINTED = {
+    "far apart": LAW,
+    **{f"gap {gap:g} r": law_as_printed(LAW, LAW.distance + gap) for gap in (0.03, 0.0012, 1e-6)},
+    "touching": law_as_printed(LAW, LAW.distance),
+    "overlapping mesh": law_as_printed(LAW, LAW.distance - 0.1),
+}
+each_law = pytest.mark.parametrize("law", PRINTED.values(), ids=PRINTED)
 
 
-@pytest.mark.parametrize("overlap", INSIDE)
+def overlaps(law: ContactLaw) -> list[float]:
+    """Return overlaps on both sides of where the law's parts meet, none nearer to it than differences reach."""
+    g, s = law.onset, law.rounding
+    return [0.1 * s - 0.9 * g, 0.5 * s - 0.2 * g, 0.8 * s, 1.5 * s, 0.1, 0.3, 0.7, 0.95]
+
+
+@each_law
+@pytest.mark.parametrize("place", range(8))
 @pytest.mark.parametrize("order", [0, 1])
-def test_derivatives_against_differences_over_decades(overlap: float, order: int) -> None:
-    slope = pair_potential(overlap, LAW)[order + 1]
+def test_derivatives_against_differences_over_decades(law: ContactLaw, place: int, order: int) -> None:
+    overlap = overlaps(law)[place]
+    slope = pair_potential(overlap, law)[order + 1]
     errors = []
     for step in np.logspace(-3.5, -6.5, 7):
-        ahead, behind = (pair_potential(overlap + s, LAW)[order] for s in (step, -step))
+        ahead, behind = (pair_potential(overlap + s, law)[order] for s in (step, -step))
         errors.append(abs((ahead - behind) / (2.0 * step) / slope - 1.0))
     assert min(errors) < 1e-7
     # Central differences gain two decades a decade of step until rounding takes over.
     assert errors[2] < 0.02 * errors[0] or errors[2] < 1e-7
 
 
-def test_value_and_slope_are_continuous_where_hertz_begins() -> None:
-    below, above = (pair_potential(LAW.onset * (1.0 + s), LAW) for s in (-1e-9, 1e-9))
+@each_law
+def test_value_and_slope_are_continuous_where_hertz_begins(law: ContactLaw) -> None:
+    below, above = (pair_potential(law.rounding * (1.0 + s), law) for s in (-1e-9, 1e-9))
     assert below[0] == pytest.approx(above[0], rel=1e-7)
     assert below[1] == pytest.approx(above[1], rel=1e-7)
 
 
-def test_onset_begins_with_zero_value_slope_and_curvature() -> None:
-    potential, force, stiffness = pair_potential(-LAW.onset + 1e-8, LAW)
+@each_law
+def test_onset_begins_with_zero_value_slope_and_curvature(law: ContactLaw) -> None:
+    potential, force, stiffness = pair_potential(-law.onset + 1e-8, law)
     assert 0.0 < potential < 1e-20
-    assert 0.0 < force < 1e-14
-    assert 0.0 < stiffness < 1e-6
+    assert 0.0 < force < 1e-12
+    assert 0.0 < stiffness < 1e-3
 
 
-def test_force_and_stiffness_are_positive_and_force_grows_without_bound() -> None:
-    overlaps = np.linspace(-LAW.onset, LAW.overlap_limit, 4001)[1:-1]
-    potential, force, stiffness = np.transpose([pair_potential(p, LAW) for p in overlaps])
+@each_law
+def test_force_and_stiffness_are_positive_and_force_grows_without_bound(law: ContactLaw) -> None:
+    along = np.linspace(-law.onset, law.overlap_limit, 4001)[1:-1]
+    potential, force, stiffness = np.transpose([pair_potential(p, law) for p in along])
     assert (potential > 0.0).all()
     assert (stiffness > 0.0).all()
     assert (np.diff(force) > 0.0).all()
-    assert pair_potential(LAW.overlap_limit * (1.0 - 1e-9), LAW)[0] > 1e6
+    assert pair_potential(law.overlap_limit * (1.0 - 1e-9), law)[0] > 1e6
+
+
+@each_law
+def test_however_narrow_the_onset_stiffness_grows_by_little(law: ContactLaw) -> None:
+    def largest(of: ContactLaw) -> float:
+        return max(pair_potential(p, of)[2] for p in np.linspace(-of.onset, of.rounding, 1001)[1:-1])
+
+    assert largest(law) < 2.2 * largest(LAW)
+
+
+@each_law
+def test_from_the_rounding_on_every_law_is_hertz_s(law: ContactLaw) -> None:
+    for overlap in (1.01 * law.rounding, 0.1, 0.3):
+        expected = LAW.coefficient * overlap**1.5 / (1.0 - overlap / law.distance) / (1.0 - overlap**4)
+        assert pair_potential(overlap, law)[0] == pytest.approx(expected, rel=1e-14)
+
+
+def test_strands_printed_beyond_the_onset_keep_the_law_itself() -> None:
+    assert law_as_printed(LAW, LAW.reach) is LAW
+    assert law_as_printed(LAW, np.inf) is LAW
+
+
+@pytest.mark.parametrize("least", [2.03, 2.0 + 1e-9, 2.0, 1.9])
+def test_as_printed_reaches_as_far_as_the_nearest_strands_and_no_farther(least: float) -> None:
+    law = law_as_printed(LAW, least)
+    assert law.reach == least
+    assert law.onset == pytest.approx(max(least - 2.0, 0.0), abs=1e-15)
+    assert law.distance == min(least, 2.0)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.04, 0.08])

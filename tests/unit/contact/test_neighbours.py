@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knitlab_core.contact.approach import largest_approach
-from knitlab_core.contact.neighbours import find_candidates, list_spans
+from knitlab_core.contact.neighbours import find_candidates, least_distance, list_spans
 from knitlab_core.contact.pairs import Balls, fill_balls, largest_fraction
 from knitlab_core.equilibrium.contacts import SKIN
 from knitlab_core.equilibrium.workspace import Workspace
@@ -71,6 +71,18 @@ def test_candidates_are_those_of_all_pairs(seed: int, strands: int, nodes: int, 
         assert found.start[s + 1] > found.start[s]
         assert (found.a[pairs] // m == i).all()
         assert (found.b[pairs] // m == j).all()
+
+
+@given(seed=SEEDS, strands=st.integers(2, 4))
+@settings(deadline=None, max_examples=30)
+def test_least_distance_is_that_of_all_pairs_and_never_more(seed: int, strands: int) -> None:
+    model, state = unit_model(tangle(seed, strands, 20, 4.0), sample_spacing=0.7)
+    points = sampled(model, state.q)
+    near = np.array(sorted(all_pairs(model, points, model.law.reach)), dtype=np.int64)
+    apart = np.linalg.norm(points[near // len(points)] - points[near % len(points)], axis=1)
+    found, expected = least_distance(state.q, model.samples, model.law), apart.min(initial=np.inf)
+    assert found <= expected
+    assert found == pytest.approx(expected, rel=1e-11)
 
 
 def test_specimen_wider_than_the_largest_grid_is_still_searched() -> None:

@@ -84,7 +84,7 @@ def test_the_paper_s_sizes_are_clear_of_themselves_and_hold_at_every_interloopin
     # The design's .148 is that of a polygon on the yarn; the curve's own is .0027 more.
     assert between_centrelines == pytest.approx(0.148, abs=3e-3)
     assert between_centrelines == pytest.approx(least_of_samples(specimen), abs=5e-4)
-    wale, pile = wale_clasps(specimen, DEFAULT, specimen.nodes), pile_clasps(specimen, DEFAULT, specimen.nodes)
+    wale, pile = wale_clasps(specimen, specimen.nodes), pile_clasps(specimen, specimen.nodes)
     assert wale.shape == (layers, rows - 1, loops, 2)
     assert pile.shape == (layers - 1, rows, loops, 2)
     assert np.all(np.abs(wale) == 1)
@@ -108,7 +108,7 @@ def least_of_samples(specimen: Specimen) -> float:
 
 def held(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return whether wale heads (layers, rows - 1) and pile heads (layers - 1, rows) are held, all or none of a row."""
-    both = [np.abs(count(knit(), DEFAULT, nodes)) for count in (wale_clasps, pile_clasps)]
+    both = [np.abs(count(knit(), nodes)) for count in (wale_clasps, pile_clasps)]
     for numbers in both:
         assert np.all(numbers.min(axis=(2, 3)) == numbers.max(axis=(2, 3)))
     return both[0].min(axis=(2, 3)), both[1].min(axis=(2, 3))
@@ -170,10 +170,10 @@ def test_rows_pulled_past_the_wale_heads_are_let_go() -> None:
 
 def test_a_single_layer_has_no_pile_clasps_and_a_single_row_no_wale_clasps() -> None:
     flat, tower = knit(2, 2, 1), knit(1, 2, 3)
-    assert pile_clasps(flat, DEFAULT, flat.nodes).shape == (0, 2, 2, 2)
-    assert np.all(np.abs(wale_clasps(flat, DEFAULT, flat.nodes)) == 1)
-    assert wale_clasps(tower, DEFAULT, tower.nodes).shape == (3, 0, 2, 2)
-    assert np.all(np.abs(pile_clasps(tower, DEFAULT, tower.nodes)) == 1)
+    assert pile_clasps(flat, flat.nodes).shape == (0, 2, 2, 2)
+    assert np.all(np.abs(wale_clasps(flat, flat.nodes)) == 1)
+    assert wale_clasps(tower, tower.nodes).shape == (3, 0, 2, 2)
+    assert np.all(np.abs(pile_clasps(tower, tower.nodes)) == 1)
 
 
 def test_free_heads_and_feet_are_those_that_no_other_loop_holds() -> None:

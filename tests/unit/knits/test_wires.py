@@ -14,7 +14,7 @@ from knitlab_core.knits import (
     volumetric_specimen,
     wires_through,
 )
-from knitlab_core.knits.clasp import clasp_number
+from knitlab_core.knits.crossing import crossing_number
 from knitlab_core.knits.wires import GAP, HALF_LENGTH, OUTWARDS
 
 
@@ -59,9 +59,9 @@ def test_loops_go_around_their_wires() -> None:
             span = specimen.nodes[max(at.min() - 12, 0) : at.max() + 13]
             for wire in loop.nodes:
                 way = np.array([*outwards, 0.0])
-                assert abs(clasp_number(span, wire[[0, -1]], way)) == 1
+                assert abs(crossing_number(span, wire[[0, -1]])) == 1
                 # Outside the loop nothing holds it.
-                assert clasp_number(span, wire[[0, -1]] + 8 * specimen.radius * way, way) == 0
+                assert crossing_number(span, wire[[0, -1]] + 8 * specimen.radius * way) == 0
 
 
 def test_what_cannot_hang_on_wires_is_refused() -> None:
