@@ -171,11 +171,13 @@ def sweep_data(result: SweepResult) -> dict[str, Any]:
             "outcome": one.outcome,
             "message": one.message,
             "skipped": one.skipped,
+            "crossings": [crossing.data() for crossing in one.crossings],
             "figures": figures_data(one.figures),
         }
         for one in result.points
     ]
-    return {"points": points, "table": str(result.table), "plot": str(result.plot)}
+    plots = [str(path) for path in result.plots]
+    return {"points": points, "table": str(result.table), "plot": str(result.plot), "plots": plots}
 
 
 def print_sweep(result: SweepResult) -> None:
@@ -184,7 +186,11 @@ def print_sweep(result: SweepResult) -> None:
     for one in result.points:
         table.add_row(one.point.label, one.outcome, str(one.folder), "done before" if one.skipped else "")
     console_of().print(table)
-    console_of().print(f"table: {result.table}\nplot: {result.plot}", soft_wrap=True)
+    for one in result.points:
+        for crossing in one.crossings:
+            console_of().print(f"{one.point.label}: beyond strength: {crossing}", soft_wrap=True)
+    for name, path in (("table", result.table), *(("plot", path) for path in (result.plot, *result.plots))):
+        console_of().print(f"{name}: {path}", soft_wrap=True)
 
 
 def print_crossings(found: Sequence[LimitCrossing]) -> None:
