@@ -26,6 +26,7 @@ from knitlab_core.errors import SpecificationError
 from rigs.checkpoint import put_back
 from rigs.experiment import perform
 from rigs.instruments import measured_parts
+from rigs.limits import limits_of
 from rigs.log_rate import stretches_of
 from rigs.plan import planned_duration
 from rigs.rig import mount
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
     from rigs.experiment import Event
+    from rigs.limits import LimitCrossing
     from rigs.record import End, Equilibrium, IntArray, Outcome
     from rigs.rig import Rig
     from rigs.step_record import StepRecord
@@ -68,6 +70,8 @@ class RunResult:
         Empty if nothing was measured.
     steps : tuple of StepRecord
         How each step ended that was begun.
+    crossings : tuple of LimitCrossing
+        Where a fibre passed a limit of its material.
     """
 
     outcome: End
@@ -75,6 +79,7 @@ class RunResult:
     folder: Path
     figures: tuple[Figure, ...]
     steps: tuple[StepRecord, ...] = ()
+    crossings: tuple[LimitCrossing, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +167,7 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
         materials=task.loaded.materials,
         plates=_plates(rig),
         wires=len(wire_ends(rig, state)),
+        limits=limits_of(protocol.specimen),
     )
     # A checkpoint of before is none of the new record.
     task.checkpoint.unlink(missing_ok=True)
@@ -205,7 +211,7 @@ def as_ended(
         figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
         _publish(folder, saved.origin.name, progress, draw=draw)
         (folder / CHECKPOINT).unlink()
-    return RunResult(outcome=outcome.end, message=outcome.message, folder=folder, figures=figures, steps=record.steps)
+    return _result(outcome, folder, figures, record)
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
@@ -239,8 +245,17 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
         wall_time = perf_counter() - task.began
         figures = run_figures(trace, rig.size, journal.zeroings, wall_time, protocol=protocol)
     journal.writer.finish(outcome)
+    return _result(outcome, task.folder, figures, record)
+
+
+def _result(outcome: Outcome, folder: Path, figures: tuple[Figure, ...], record: RunReader) -> RunResult:
     return RunResult(
-        outcome=outcome.end, message=outcome.message, folder=task.folder, figures=figures, steps=record.steps
+        outcome=outcome.end,
+        message=outcome.message,
+        folder=folder,
+        figures=figures,
+        steps=record.steps,
+        crossings=record.crossings,
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from app.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, packed
 from app.log_size import row_size
 from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
@@ -19,6 +20,7 @@ from rigs.wires import require_room
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from app.budget import Budget
     from app.schemas import Loaded
     from rigs.catalogue import MachineName
     from rigs.machine import MachineData
@@ -68,9 +70,10 @@ class Plan:
         Planned duration [s], and about how large the files of the log will be [bytes].
     rows, images : int
         Rows of the log, of which there may be more near events, and pictures that are asked for [1].
-    largest_strain : float or None
-        Largest strain in terms of the yarn budget: the equibiaxial one that needs as much yarn [1]; None for a
-        volumetric knit, and where the sides are free, for they give yarn.
+    budget : Budget or None
+        How far the strokes go, and how far the yarn reaches; None for a filament, and where nothing moves.
+    fibre_strain : float or None
+        Largest strain at the surface of a fibre, a rough estimate [1]; None where there is none.
     warnings : sequence of str
         Limits that would be passed, one line each.
     defaults : Mapping
@@ -84,7 +87,8 @@ class Plan:
     rows: int
     size: float
     images: int
-    largest_strain: float | None
+    budget: Budget | None
+    fibre_strain: float | None
     warnings: Sequence[str]
     defaults: Mapping[str, str]
 
@@ -131,10 +135,7 @@ def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
     """Return what is known of a specimen before any physics; faces of some axes may be printed into plates."""
     stitch, budget = specimen.stitch, None
     if isinstance(stitch, Stitch):
-        # Loose fibres make room for each other: what takes yarn at crossings is the yarn as thick as its material.
-        yarn = specimen.yarn
-        thick = yarn.contact_radius if yarn.fibres == 1 else replace(yarn, model="yarn").contact_radius
-        budget = locking_strain(replace(stitch, fibre_radius=thick), yarn_per_loop(stitch))
+        budget = locking_strain(packed(stitch, specimen.yarn), yarn_per_loop(stitch))
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
@@ -194,10 +195,9 @@ def dry_run(loaded: Loaded) -> Plan:
         rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
-    machines = fitted_machines(loaded)
-    stitch, largest = protocol.specimen.stitch, None
-    if protocol.others != "free" and isinstance(stitch, Stitch):
-        largest = max((_budget_strain(stroke, lengths, stitch) for stroke in planned), default=0.0)
+    machines, spec = fitted_machines(loaded), protocol.specimen
+    budget = budget_of(spec, planned, lengths)
+    strain = fibre_strain(spec, budget, planned)
     return Plan(
         protocol=protocol,
         specimen=facts,
@@ -206,33 +206,16 @@ def dry_run(loaded: Loaded) -> Plan:
         rows=rows,
         size=rows * row_size([drive.machine for drive in arranged(protocol.rig, protocol.mount).values()]),
         images=planned_images(protocol, lengths),
-        largest_strain=largest,
+        budget=budget,
+        fibre_strain=strain,
         warnings=[
-            *_budget_warning(largest, facts.locking_strain),
-            *_fusing_warning(protocol.specimen, facts.clearance),
+            *budget_warnings(budget),
+            *limit_warnings(spec, strain),
+            *_fusing_warning(spec, facts.clearance),
             *_limit_warnings(protocol, machines, planned),
         ],
         defaults=loaded.defaults,
     )
-
-
-def _budget_strain(stroke: Stroke, lengths: Mapping[Axis, float], stitch: Stitch) -> float:
-    """Return the equibiaxial strain that needs as much yarn as the end of a stroke [1].
-
-    The locking estimate spends yarn along the course once and along the wale twice the row spacing.
-    """
-    end = stroke.start if stroke.searches else stroke.end
-    course, wale = (end[axis] / lengths[axis] for axis in ("C", "W"))
-    share = 2.0 * stitch.row_spacing
-    return (course + share * wale) / (1.0 + share)
-
-
-def _budget_warning(largest: float | None, locking: float | None) -> list[str]:
-    """Return a warning if the yarn would be used up."""
-    if largest is None or locking is None or largest <= locking:
-        return []
-    past = f"the protocol goes to {largest:.1%}, past the estimated locking strain of {locking:.1%}"
-    return [f"arc-length budget: {past}: the yarn itself must stretch and forces rise steeply"]
 
 
 def _fusing_warning(spec: SpecimenSpec, clearance: float) -> list[str]:

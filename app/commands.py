@@ -20,12 +20,17 @@ def sweep(
         Path | None, typer.Option(help="Folder of the sweep.", show_default="runs/ and its name", file_okay=False)
     ] = None,
     jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 1,
+    plot: Annotated[
+        list[str] | None,
+        typer.Option("--plot", metavar="FIGURE", help="Words of a figure to plot: secant_peak_C; may be repeated."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run every point of a protocol with `sweep:`, each into a folder named by its values, such as pre=0.1.
 
-    Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up.
+    Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up; --plot draws
+    figures of the table over the parameter, or maps over two.
     """
     from app.file_names import file_stem  # noqa: PLC0415
     from app.sweeps import run_sweep  # noqa: PLC0415
@@ -33,7 +38,8 @@ def sweep(
     from app.usecases import RUNS  # noqa: PLC0415
 
     with Bar(hidden=quiet) as bar:
-        result = run_sweep(protocol, RUNS / file_stem(protocol.stem) if out is None else out, bar.show, jobs=jobs)
+        folder = RUNS / file_stem(protocol.stem) if out is None else out
+        result = run_sweep(protocol, folder, bar.show, jobs=jobs, figures=plot or ())
     if as_json:
         print_json(sweep_data(result))
     else:
@@ -53,14 +59,16 @@ def analyse(
 
     from app.figures import figures_of  # noqa: PLC0415
     from app.run_reader import read_run  # noqa: PLC0415
-    from app.tables import figures_data, print_figures, print_json, print_steps  # noqa: PLC0415
+    from app.tables import figures_data, print_crossings, print_figures, print_json, print_steps  # noqa: PLC0415
 
     found = read_run(run)
     figures = figures_of(found)
     if as_json:
         steps = [asdict(step) for step in found.steps]
-        print_json({"outcome": found.outcome.end, "steps": steps, "figures": figures_data(figures)})
+        data = {"outcome": found.outcome.end, "crossings": [one.data() for one in found.crossings], "steps": steps}
+        print_json({**data, "figures": figures_data(figures)})
     else:
+        print_crossings(found.crossings)
         print_steps(found.steps)
         print_figures(figures)
 

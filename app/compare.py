@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
-from app.report import COLOURS, NAMES, curves_of, finish, stress_label
+from app.curves import curves_of, stress_unit
+from app.report import COLOURS, NAMES, draw_marks, draw_part, finish, stress_label
 from app.run_reader import read_run
 from knitlab_core.errors import SpecificationError
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.report import Curve
+    from app.curves import Curve, Mark
     from app.run_reader import RunReader
     from rigs.steps import Axis
 
@@ -26,13 +28,13 @@ INKS = ("#009E73", "#0072B2", "#D55E00", "#CC79A7", "#000000")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compared:
-    """Hold one axis of one run: what the legend calls it, its colour and dashes, and what stress is divided by."""
+    """Hold one axis of one run: what the legend calls it, its colour and dashes, and the modulus [Pa] to divide by."""
 
     label: str
     colour: str
     dashes: str
     curve: Curve
-    scale: float
+    modulus: float | None
 
 
 def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, axis: Axis | None = None) -> Path:
@@ -69,20 +71,29 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, 
         raise SpecificationError("axis", axis or "none", "an axis that a run drove")
     figure = Figure(figsize=(7.4, 5.4), layout="constrained")
     axes = figure.subplots()
+    factor, unit = stress_unit([part.stress for one in lines for part in one.curve.parts])
+    named: set[str] = set()
     for one in lines:
         label: str | None = one.label
-        # Noise on a stress that is yet nought would hide behind no line: every branch is drawn.
-        for cycle, style, rows in one.curve.branches():
-            light = 1.0 if cycle == int(one.curve.cycle[0]) and style == "-" else 0.45
-            strain, stress = 100.0 * one.curve.strain[rows], one.scale * one.curve.stress[rows]
-            axes.plot(strain, stress, one.dashes, color=one.colour, alpha=light, lw=1.8, label=label)
+        scale = factor if one.modulus is None else 1.0 / one.modulus
+        for part in one.curve.parts:
+            light = 1.0 if part.cycle == one.curve.parts[0].cycle and part.role != "unloading" else 0.45
+            draw_part(axes, part, scale, ls=one.dashes, color=one.colour, alpha=light, lw=1.8, label=label)
             label = None
-    thickness = {stress_label(run.size) for run in runs}
-    words = thickness.pop() if len(thickness) == 1 else "effective stress [kPa]"
+        draw_marks(axes, [one.curve], partial(_place, scale), named)
+    thickness = {stress_label(run.size, unit) for run in runs}
+    words = thickness.pop() if len(thickness) == 1 else f"effective stress [{unit}]"
     axes.set_xlabel("effective strain [%]", fontsize=12)
-    axes.set_ylabel(words.replace("stress [kPa]", "stress / Young's modulus [1]") if by_modulus else words, fontsize=12)
+    axes.set_ylabel(
+        words.replace(f"stress [{unit}]", "stress / Young's modulus [1]") if by_modulus else words, fontsize=12
+    )
     axes.legend(frameon=False, fontsize=11, loc="upper left")
     return finish(figure, [axes], out)
+
+
+def _place(scale: float, mark: Mark) -> tuple[float, float]:
+    """Return where a mark is: strain [%], and stress times a factor."""
+    return 100.0 * mark.strain, scale * mark.stress
 
 
 def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None = None) -> list[Compared]:
@@ -90,7 +101,7 @@ def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None =
     lines: list[Compared] = []
     for run in runs:
         name = str(run.provenance.get("name", run.path.parent.name))
-        scale = 1.0 / float(str(run.provenance["material.young_modulus"])) if by_modulus else 1e-3
+        modulus = float(str(run.provenance["material.young_modulus"])) if by_modulus else None
         for curve in curves_of(run):
             if axis not in {None, curve.axis}:
                 continue
@@ -102,7 +113,7 @@ def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None =
                     colour=colour,
                     dashes=DASHES[same % len(DASHES)],
                     curve=curve,
-                    scale=scale,
+                    modulus=modulus,
                 )
             )
     return lines

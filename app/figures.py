@@ -12,6 +12,7 @@ from rigs.analysis import cycle_figures, stress_strain
 from rigs.instruments import Zeroing
 from rigs.jumps import parted
 from rigs.leaves import leaves
+from rigs.limits import crossings, limits_of
 from rigs.signals import zero_offset
 from rigs.steps import Cycle, Zero
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from app.run_reader import RunReader
     from rigs.analysis import CycleFigures
+    from rigs.limits import LimitCrossing
     from rigs.protocol import Protocol
     from rigs.record import FloatArray, SpecimenSize, Trace
     from rigs.steps import Axis
@@ -64,7 +66,13 @@ def run_figures(
     """
     if len(trace) < 2:
         return ()
-    found = [*_mechanics(parted(trace), size, zeroings, protocol), *_effort(trace, wall_seconds), *_soundness(trace)]
+    limits = limits_of(protocol.specimen) if protocol is not None else ()
+    found = [
+        *_mechanics(parted(trace), size, zeroings, protocol),
+        *_effort(trace, wall_seconds),
+        *_soundness(trace),
+        *_limits(crossings(trace, size, limits)),
+    ]
     return tuple(figure for figure in found if isfinite(figure[1]))
 
 
@@ -90,20 +98,24 @@ def energy_balance_error(trace: Trace) -> float:
     return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
 
 
-def figures_of(run: RunReader) -> tuple[Figure, ...]:
-    """Return the figures of a run that is over, or was cut off; its wall time is not known."""
-    protocol = loads(run.protocol, str(run.path), materials=run.materials).protocol
-    return run_figures(run.trace, run.size, zeroings_of(run, protocol), float("nan"), protocol=protocol)
+def protocol_of(run: RunReader) -> Protocol:
+    """Return the test of a record."""
+    return loads(run.protocol, str(run.path), materials=run.materials).protocol
 
 
-def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
-    """Return the zeroings of a run so far, as the steps of its record say them."""
+def zeroings_of(run: RunReader) -> list[Zeroing]:
+    """Return when channels were set to zero in a run."""
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
-        for leaf in leaves(protocol.steps)
+        for leaf in leaves(protocol_of(run).steps)
         if isinstance(leaf.step, Zero) and leaf.number in begun
     ]
+
+
+def figures_of(run: RunReader) -> tuple[Figure, ...]:
+    """Return the figures of a run that is over, or was cut off; its wall time is not known."""
+    return run_figures(run.trace, run.size, zeroings_of(run), float("nan"), protocol=protocol_of(run))
 
 
 def _mechanics(
@@ -162,3 +174,9 @@ def _soundness(trace: Trace) -> Iterator[Figure]:
         yield "fused points broken", float(trace.columns["bonds_broken"][-1]), "1"
     yield "largest strain of a fibre", float(trace.columns["fibre_strain"].max()), "1"
     yield "worst residual", float(trace.columns["residual"].max()), "1"
+
+
+def _limits(found: Sequence[LimitCrossing]) -> Iterator[Figure]:
+    for crossing in found:
+        for axis, strain in crossing.strain.items():
+            yield f"strain {axis} where {crossing.limit.name} is passed", strain, "1"

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from app.curves import prefixed
 from app.painters import fit_window, paint_lines, vtk_images
-from app.report import NAMES
+from app.report import BEYOND, NAMES
 from app.run_folder import whole_file
 from app.tubes import Tube, tube
 from app.views import FROM_ABOVE, view_of
@@ -26,11 +27,18 @@ if TYPE_CHECKING:
     from rigs.record import FloatArray, Frame
 
 AXIAL = "axial strain of the yarn [%]"
-#: Light to dark and sound for colour-blind readers; at rest the yarn is pale and its crossings show.
-COLOURS = "YlOrRd"
+#: Light to dark, and from both sides of zero for values with signs; both sound for colour-blind readers.
+HEIGHTS = "YlGnBu"
+SIGNED = "coolwarm"
 DPI = 200
 MARK = 0.2
 MARK_SLACK = 0.005
+#: Frames at whole strains between the first and the peak, about.
+MOST_MARKS = 4
+#: Edges between two marks of a fibre that is strained too much.
+PEAK_DISTANCE = 8
+#: Least range of the colours [%]: what is less is the noise of rounding.
+LEAST_STRAIN = 0.01
 WIRE_COLOUR = "#8a8a8a"
 SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"} | {
     "pile+": "#009E73",
@@ -46,7 +54,9 @@ class Picture(NamedTuple):
 
 
 def knit_frames(run: RunReader, path: Path) -> Picture:
-    """Draw the knit on its way to the first peak, at every 20 % of strain, on one scale of colour and length.
+    """Draw the knit on its way to the largest strain: first, middle, peak and every 20 %, on one scale.
+
+    Where a fibre is strained beyond a limit of its material the title says so, and crosses mark the spots.
 
     Parameters
     ----------
@@ -73,25 +83,57 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
         tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius, strands=run.strands)
         for frame in frames
     ]
-    figure, note = draw(tubes, [_strain_title(frame) for frame in frames], AXIAL, view=view)
-    for axes, frame in zip(figure.axes, frames, strict=False):
+    limit = min((crossing.limit for crossing in run.crossings), key=lambda one: one.strain, default=None)
+    titles = [_strain_title(frame) for frame in frames]
+    spots = [beyond(frame, run.strands, limit.strain) if limit is not None else [] for frame in frames]
+    if limit is not None:
+        titles = [
+            f"{title}\n× beyond the {limit.text}" if at else title for title, at in zip(titles, spots, strict=True)
+        ]
+    figure, note = draw(tubes, titles, AXIAL, signed=True, view=view)
+    for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
         _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
+        for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
+            axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
     return Picture(_save(figure, path), note)
 
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
-    """Pick the first frame, those at whole 20 % of strain up to the first peak, and the peak."""
-    strains = [max(frame.strain.values()) for frame in frames]
-    peak = max(strains, default=0.0)
-    picked: dict[int | None, Frame] = {}
-    for frame, strain in zip(frames, strains, strict=True):
-        mark = round(strain / MARK)
-        marked = abs(strain - mark * MARK) <= MARK_SLACK
-        if marked or strain == peak:
-            picked.setdefault(mark if marked else None, frame)
-        if strain >= peak - MARK_SLACK:
-            break
-    return tuple(picked.values())
+    """Pick the first frame, the peak, and between them those at whole 20 % of strain, or the one nearest the middle.
+
+    The peak is the first frame at the largest strain of any axis, in tension or compression.
+    """
+    if not frames:
+        return ()
+    size = [max((abs(value) for value in frame.strain.values()), default=0.0) for frame in frames]
+    last = int(np.argmax(np.array(size) >= max(size) - 1e-9))
+    marks = {0: 0, last: 1}
+    step = MARK * max(1, round(size[last] / (MARK * MOST_MARKS)))
+    for number in range(1, last):
+        share = size[number] / step
+        # Beside the first and the peak another one would look the same.
+        inner = MARK_SLACK < size[number] < size[last] - MARK_SLACK
+        if inner and abs(share - round(share)) * step <= MARK_SLACK and round(share) * step not in marks.values():
+            marks[number] = round(share) * step  # type: ignore[assignment]
+    if not any(abs(size[number] - 0.5 * size[last]) < 0.25 * size[last] for number in marks) and last > 1:
+        marks[min(range(1, last), key=lambda number: abs(size[number] - 0.5 * size[last]))] = -1
+    return tuple(frames[number] for number in sorted(marks))
+
+
+def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
+    """Return the nodes where a fibre's surface is strained beyond a limit [1]: the peaks, not all between them."""
+    from scipy.signal import find_peaks  # noqa: PLC0415 (only where a limit was passed)
+
+    strain = np.nan_to_num(np.abs(frame.axial_strain) + frame.bending_strain)
+    nodes: list[int] = []
+    first = 0
+    for strand, count in enumerate(strands):
+        edges = strain[first - strand : first - strand + count - 1]
+        # A peak may be at an end of the strand.
+        peaks, _ = find_peaks(np.pad(edges, 1), height=limit, distance=PEAK_DISTANCE)
+        nodes += (first + peaks - 1).tolist()
+        first += count
+    return nodes
 
 
 def specimen_picture(specimen: Specimen, path: Path) -> Picture:
@@ -111,15 +153,17 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
     """
     layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
     title = (
-        f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {1e3 * specimen.loop_width:g} mm, "
-        f"fibre radius {1e3 * specimen.radius:.3g} mm\n"
-        f"yarn {specimen.yarn_length:.3g} m, narrowest gap {1e3 * specimen.clearance:.2g} mm"
+        f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {_length(specimen.loop_width)}, "
+        f"fibre radius {_length(specimen.radius)}\n"
+        f"yarn {_length(specimen.yarn_length)}, narrowest gap {_length(specimen.clearance)}"
     )
-    heights = 1e3 * np.asarray(specimen.nodes)[:, 2]
+    heights = np.asarray(specimen.nodes)[:, 2]
+    factor, letter = prefixed(float(np.ptp(heights)), least=0.1)
+    heights = factor * heights
     view = view_of(volumetric="pile+" in specimen.sites)
     strands = [len(strand) for strand in specimen.strands]
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
-    figure, note = draw([seen], [title], "height z [mm]", "YlGnBu", view=view)
+    figure, note = draw([seen], [title], f"height z [{letter}m]", view=view)
     axes = figure.axes[0]
     # A knit with hundreds of sites must still be seen behind them.
     size = min(7.0, 60.0 / np.sqrt(sum(len(indices) for indices in specimen.sites.values())))
@@ -132,7 +176,7 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
 
 
 def draw(
-    tubes: Sequence[Tube], titles: Sequence[str], label: str, colours: str = COLOURS, *, view: View = FROM_ABOVE
+    tubes: Sequence[Tube], titles: Sequence[str], label: str, *, signed: bool = False, view: View = FROM_ABOVE
 ) -> tuple[Figure, str]:
     """Draw tubes side by side on one scale of colour and length.
 
@@ -144,8 +188,8 @@ def draw(
         One per tube.
     label : str
         Words beside the colour bar.
-    colours : str
-        Name of the colour map.
+    signed : bool
+        Whether values have signs, and their colours part at zero.
     view : View
         How the tubes were turned to the eye.
 
@@ -162,12 +206,12 @@ def draw(
 
     window = fit_window(tubes)
     width, height = window[1] - window[0], window[3] - window[2]
-    values = np.concatenate([one.values for one in tubes])
-    low, high = np.percentile(values, [0.2, 99.8])
-    limits = (float(low), float(max(high, low + 1e-6)))
+    colours = SIGNED if signed else HEIGHTS
+    (low, high), limits = colour_limits(np.concatenate([one.values for one in tubes]), signed=signed)
     scale = ScalarMappable(Normalize(*limits), colours)
     panel = 4.6 if len(tubes) > 1 else 6.2
-    figure = Figure(figsize=(panel * len(tubes) + 1.4, panel * height / width + 0.7), layout="constrained")
+    heading = 0.7 + 0.3 * max(title.count("\n") for title in titles)
+    figure = Figure(figsize=(panel * len(tubes) + 1.4, panel * height / width + heading), layout="constrained")
     row = list(np.atleast_1d(figure.subplots(1, len(tubes), sharey=True)))
     for axes, title in zip(row, titles, strict=True):
         _dress(axes, title, window)
@@ -175,7 +219,9 @@ def draw(
     for axes in row[1:]:
         axes.set_ylabel("")
     bar = figure.colorbar(scale, cax=row[-1].inset_axes((1.03, 0.0, 0.035, 1.0)))
+    bar.ax.set_ylim(low, high)
     bar.set_label(label, fontsize=12)
+    _fit_units(row, max(width, height))
     # Laid out now, so that an image has the pixels its place on the page has.
     figure.draw_without_rendering()
     pixels = DPI * row[0].get_position().width * figure.get_figwidth() / width
@@ -189,12 +235,44 @@ def draw(
     return figure, ""
 
 
+def colour_limits(values: FloatArray, *, signed: bool) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of the colour bar, and the values of the first and the last colour of its map.
+
+    Of values with signs zero has the middle colour, and the same distance from it the same strength of colour.
+    """
+    low, high = (float(value) for value in np.percentile(values, [0.2, 99.8]))
+    if not signed:
+        return (low, max(high, low + 1e-6)), (low, max(high, low + 1e-6))
+    low, high = min(low, 0.0), max(high, 0.0)
+    if high - low < LEAST_STRAIN:
+        low, high = -LEAST_STRAIN, LEAST_STRAIN
+    size = max(-low, high)
+    return (low, high), (-size, size)
+
+
+def _fit_units(row: Sequence[Axes], extent: float) -> None:
+    """Write lengths in the unit that suits an extent [mm]."""
+    factor, letter = prefixed(1e-3 * extent)
+    if letter == "m":
+        return
+    for axes in row:
+        for one in (axes.xaxis, axes.yaxis):
+            one.set_major_formatter(lambda value, _: f"{1e-3 * factor * value:g}".replace("-", "\N{MINUS SIGN}"))
+            one.set_label_text(one.get_label_text().replace("[mm]", f"[{letter}m]"))
+
+
 def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) -> None:
     axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
     axes.set_title(title, fontsize=13)
     axes.tick_params(length=3, labelsize=10)
     for side in axes.spines.values():
         side.set_color("#bbbbbb")
+
+
+def _length(value: float) -> str:
+    """Write a length [m] in the unit that suits it."""
+    factor, letter = prefixed(value, least=0.1)
+    return f"{factor * value:.3g} {letter}m"
 
 
 def _add_wires(axes: Axes, middles: FloatArray, radius: float) -> None:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rich.table import Table
 
+from app.budget import fibre_line
 from app.schemas.defaults import shown_defaults
 from app.tables import console_of, print_facts, specimen_data
+from rigs.limits import limits_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from app.check import Plan
     from rigs.motion import Stroke
@@ -33,7 +35,9 @@ def plan_data(plan: Plan) -> dict[str, Any]:
         "rows": plan.rows,
         "log_bytes": plan.size,
         "images": plan.images,
-        "largest_strain": plan.largest_strain,
+        "largest_strain": None if plan.budget is None else plan.budget.largest,
+        "budget": None if plan.budget is None else asdict(plan.budget),
+        "fibre_strain": plan.fibre_strain,
         "warnings": list(plan.warnings),
         "defaults": dict(plan.defaults),
     }
@@ -95,16 +99,28 @@ def print_plan(plan: Plan) -> None:
     size = f"{1e-6 * plan.size:.3g} MB at most"
     rows = f"{plan.rows} rows at {plan.protocol.log.rate:g} Hz{_densities(plan)}"
     console.print(f"planned duration {plan.duration:.4g} s, {rows}, {size}{images}")
-    if plan.largest_strain is not None and plan.specimen.locking_strain is not None:
-        spare = plan.specimen.locking_strain - plan.largest_strain
-        console.print(
-            f"arc-length budget: goes to {plan.largest_strain:.1%} (as equibiaxial strain), "
-            f"estimated locking at {plan.specimen.locking_strain:.1%}, {spare:+.1%} to spare"
-        )
     if plan.defaults:
         console.print(f"taken by default: {shown_defaults(plan.defaults)}", soft_wrap=True)
+    for line in _limit_lines(plan):
+        console.print(line)
+
+
+def _limit_lines(plan: Plan) -> Iterator[str]:
+    """Yield what the test asks of the yarn, and whether a limit is foreseen to be passed."""
+    spec = plan.protocol.specimen
+    if plan.budget is not None:
+        budget, least = plan.budget, " at least" * any(stroke.searches for stroke in plan.strokes)
+        yield (
+            f"arc-length budget: goes to{least} {budget.largest:.1%} {budget.measure}, "
+            f"estimated locking at {budget.locking:.1%}, {budget.locking - budget.largest:+.1%} to spare"
+        )
+    strained = fibre_line(spec, plan.fibre_strain)
+    if strained:
+        yield strained
+    if not limits_of(spec):
+        yield f"no strength or elongation at break of {spec.substance.name} is known: no limit of it is watched"
     if not plan.warnings:
-        console.print("no limit would be passed")
+        yield "no limit would be passed, as far as it can be foreseen"
 
 
 def _densities(plan: Plan) -> str:
@@ -119,8 +135,8 @@ def print_points(plans: Mapping[str, Plan]) -> None:
     print_plan(next(iter(plans.values())))
     table = Table("point", "duration", "rows", "largest strain", "locking", "warnings")
     for label, plan in plans.items():
-        strains = (plan.largest_strain, plan.specimen.locking_strain)
-        shown = ("" if strain is None else f"{strain:.1%}" for strain in strains)
+        strains = () if plan.budget is None else (plan.budget.largest, plan.budget.locking)
+        shown = [f"{strain:.1%}" for strain in strains] or ["", ""]
         table.add_row(label, f"{plan.duration:.4g} s", str(plan.rows), *shown, str(len(plan.warnings)))
     console_of().print(f"the plan above is that of the first of {len(plans)} points")
     console_of().print(table)

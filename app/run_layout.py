@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.instruments import Instrument
+    from rigs.limits import MaterialLimit
     from rigs.record import IntArray, SpecimenSize
     from rigs.steps import Axis
 
@@ -33,6 +34,8 @@ PACKED: Mapping[str, object] = MappingProxyType(
 #: Rises whenever a reader of the last layout would not find what it looks for.
 LAYOUT = 4
 RUNNING = "running"
+#: Row at which a limit of the material was passed that was not.
+NOT_PASSED = -1
 #: Load plates, in their order along the pile.
 PLATES = ("lower", "upper")
 TEXT = h5py.string_dtype("utf-8", length=64)
@@ -59,6 +62,7 @@ def make_record(
     materials: str = "",
     plates: tuple[IntArray, IntArray] | None = None,
     wires: int = 0,
+    limits: Sequence[MaterialLimit] = (),
 ) -> Path:
     """Make the record of a run that has no row yet, all of it or nothing.
 
@@ -84,6 +88,8 @@ def make_record(
         Nodes in the lower and in the upper load plate; None where hooks hold the specimen.
     wires : int
         Wires that the knit hangs on.
+    limits : sequence of MaterialLimit
+        Limits of the material whose first crossing the record names.
 
     Returns
     -------
@@ -107,6 +113,7 @@ def make_record(
             file.create_dataset(f"plates/{name}", data=nodes)
         make_frames(file, axes, strands, wires)
         _make_steps(file)
+        _make_limits(file, limits, axes)
         file.create_group("channels")
         for instrument in instruments:
             _make_channels(file, instrument)
@@ -182,6 +189,20 @@ def _make_steps(file: h5py.File) -> None:
     ):
         _column(steps, name, dtype, unit)
     steps["end"].attrs["meaning"] = ", ".join(ENDS)
+
+
+def _make_limits(file: h5py.File, limits: Sequence[MaterialLimit], axes: Sequence[Axis]) -> None:
+    """Make one entry a limit; row -1 and nan stand for one that is not passed."""
+    group, count = file.create_group("limits"), len(limits)
+    text = h5py.string_dtype("utf-8")
+    group.create_dataset("name", data=[limit.name for limit in limits], shape=(count,), dtype=text)
+    group.create_dataset("text", data=[limit.text for limit in limits], shape=(count,), dtype=text)
+    group.create_dataset("limit", data=np.array([limit.strain for limit in limits], dtype=np.float64))
+    group.create_dataset("row", data=np.full(count, NOT_PASSED, dtype=np.int64))
+    for name in ("time", "fibre_strain", *(f"strain_{axis}" for axis in axes)):
+        group.create_dataset(name, data=np.full(count, np.nan))
+    for name in set(group) - {"name", "text"}:
+        group[name].attrs["units"] = "s" if name == "time" else "1"
 
 
 def _make_channels(file: h5py.File, instrument: Instrument) -> None:

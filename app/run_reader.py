@@ -12,11 +12,12 @@ import numpy as np
 
 from app.h5_read import reading
 from app.row_checksum import CHECKSUM, good_rows
-from app.run_layout import LAYOUT, PLATES, RUNNING
+from app.run_layout import LAYOUT, NOT_PASSED, PLATES, RUNNING
 from app.stored_log import read_logs
 from app.vtkhdf import read_frames
 from knitlab_core.errors import FormatError
 from rigs.jumps import jump_times
+from rigs.limits import LimitCrossing, MaterialLimit
 from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
 from rigs.samples import thinned
 from rigs.step_record import StepRecord
@@ -73,6 +74,8 @@ class RunReader:
         The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
     going_on : bool
         Whether the run is going on, or was killed: nothing says how it ended.
+    crossings : tuple of LimitCrossing
+        Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
     outcome : Outcome
         How the run ended; ``abort`` if nothing says so.
 
@@ -102,6 +105,7 @@ class RunReader:
             self.trace = self._read_trace(file["equilibria"])
             self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
+            self.crossings = _read_crossings(file, self.trace)
             self.outcome = _read_outcome(file["outcome"], len(self.trace))
 
     @cached_property
@@ -186,6 +190,26 @@ def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
         return None
     lower, upper = (file[f"plates/{name}"][()] for name in PLATES)
     return lower, upper
+
+
+def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
+    """Return the limits that were passed."""
+    if "limits" not in file:
+        return ()
+    raw = {name: column[()] for name, column in file["limits"].items()}
+    return tuple(
+        LimitCrossing(
+            limit=MaterialLimit(
+                name=raw["name"][k].decode(), strain=float(raw["limit"][k]), text=raw["text"][k].decode()
+            ),
+            row=int(row),
+            time=float(raw["time"][k]),
+            strain={axis: float(raw[f"strain_{axis}"][k]) for axis in trace.axes},
+            fibre_strain=float(raw["fibre_strain"][k]),
+        )
+        for k, row in enumerate(raw["row"])
+        if NOT_PASSED < row < len(trace)
+    )
 
 
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from app.row_checksum import CHECKSUM, checked, row_checksum
-from app.run_layout import END, MESSAGE, RUNNING, TAG_BYTES, cut, lengths
+from app.run_layout import END, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, cut, lengths
 from app.seal import seal, sealed_size
 from app.staged_file import StagedFile
 from app.vtkhdf import NO_IMAGE, append_frame
@@ -65,6 +65,7 @@ class RunWriter:
         self._columns = {name: column.id for name, column in self._file["equilibria"].items()}
         self._checked = checked(self._columns)
         self._rows = len(self._file["equilibria/time"])
+        self._unpassed = self._limits_ahead()
 
     @property
     def rows(self) -> int:
@@ -106,7 +107,30 @@ class RunWriter:
             column.set_extent((count,))
             column.write(_ONE, place, np.array([values[name]], dtype=column.dtype))
         self._rows = count
+        self._note_limits(row)
         self._commit()
+
+    def _limits_ahead(self) -> dict[int, float]:
+        """Return the fibre strains [1] of the material limits not passed yet, by their place in the record."""
+        if "limits" not in self._file:
+            return {}
+        group = self._file["limits"]
+        # A crossing in rows that were cut off is found again.
+        ahead = [k for k, row in enumerate(group["row"][()]) if not NOT_PASSED < row < self._rows]
+        for name in set(group) - {"name", "text", "limit"}:
+            for k in ahead:
+                group[name][k] = NOT_PASSED if name == "row" else np.nan
+        return {k: float(group["limit"][k]) for k in ahead}
+
+    def _note_limits(self, row: Equilibrium) -> None:
+        """Write down which limits of the material the last row is the first to pass."""
+        for k in [k for k, limit in self._unpassed.items() if row.fibre_strain > limit]:
+            del self._unpassed[k]
+            group = self._file["limits"]
+            group["row"][k], group["time"][k] = self._rows - 1, row.time
+            group["fibre_strain"][k] = row.fibre_strain
+            for axis, displacement in row.displacement.items():
+                group[f"strain_{axis}"][k] = displacement / self._file.attrs[f"extent_{axis}"]
 
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""

@@ -12,13 +12,15 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING, Final
 
 from app.carry_out import RECORD
+from app.curves import curves_of, stress_unit
 from app.figures import figures_of
-from app.report import NAMES, WAYS, curves_of, finish, stress_label
+from app.report import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, stress_label
 from app.run_folder import write_whole
 from app.run_reader import RunReader
 from app.schemas import load_sweep, loads, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
+from app.sweep_plots import plot_figure
 from app.usecases import has_ended, resume_run, run_protocol
 from knitlab_core.errors import SpecificationError
 
@@ -30,7 +32,9 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from app.schemas.document import Place
     from app.schemas.sweep import Point, Scalar
+    from rigs.limits import LimitCrossing
     from rigs.record import End
+    from rigs.steps import Axis
 
 MOST_JOBS: Final = 64
 
@@ -59,6 +63,8 @@ class PointResult:
         What it came to.
     skipped : bool
         Whether it had been run before.
+    crossings : tuple of LimitCrossing
+        Where a fibre passed a limit of its material.
     """
 
     point: Point
@@ -67,18 +73,22 @@ class PointResult:
     message: str
     figures: tuple[Figure, ...]
     skipped: bool
+    crossings: tuple[LimitCrossing, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepResult:
-    """Hold the points of a sweep in order, and the files that sum them up."""
+    """Hold the points of a sweep in order, and the files that sum them up: table, curves, figures over parameters."""
 
     points: tuple[PointResult, ...]
     table: Path
     plot: Path
+    plots: tuple[Path, ...] = ()
 
 
-def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, jobs: int = 1) -> SweepResult:
+def run_sweep(
+    path: Path, out: Path, progress: Callable[[float, str], None], *, jobs: int = 1, figures: Sequence[str] = ()
+) -> SweepResult:
     """Run all points of a sweep that are not done yet.
 
     Parameters
@@ -91,6 +101,8 @@ def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, 
         Told the share done [1] and what is being done.
     jobs : int
         Processes that run at once.
+    figures : sequence of str
+        Words of the figures to plot over the parameter, or to map over two.
 
     Returns
     -------
@@ -122,7 +134,8 @@ def run_sweep(path: Path, out: Path, progress: Callable[[float, str], None], *, 
         if (out / point.label / RECORD).exists()
     )
     table = write_whole(out / "sweep.csv", [_table(points).encode()])
-    return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"))
+    plots = [plot_figure([(one.point.values, one.figures) for one in points], words, out) for words in figures]
+    return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"), plots=tuple(plots))
 
 
 def is_done(folder: Path, loaded: Loaded) -> bool:
@@ -198,7 +211,13 @@ def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
     run = RunReader(folder / RECORD)
     end, message = run.outcome.end, run.outcome.message
     return PointResult(
-        point=point, folder=folder, outcome=end, message=message, figures=figures_of(run), skipped=skipped
+        point=point,
+        folder=folder,
+        outcome=end,
+        message=message,
+        figures=figures_of(run),
+        skipped=skipped,
+        crossings=run.crossings,
     )
 
 
@@ -230,22 +249,27 @@ def _plot(points: Sequence[PointResult], path: Path) -> Path:
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     runs = [(one, RunReader(one.folder / RECORD)) for one in points]
-    runs = [(one, run) for one, run in runs if len(run.trace)]
-    axes = tuple(dict.fromkeys(axis for _, run in runs for axis in run.trace.axes))
+    drawn = [(one, run.size, curves_of(run)) for one, run in runs if len(run.trace)]
+    every = [curve for _, _, curves in drawn for curve in curves]
+    axes = tuple(dict.fromkeys(curve.axis for curve in every))
+    factor, unit = stress_unit([part.stress for curve in every for part in curve.parts])
     figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")
     panels = figure.subplots(1, max(len(axes), 1), squeeze=False)[0]
-    for number, (one, run) in enumerate(runs):
-        colour = colormaps["viridis"](0.9 * number / max(len(runs) - 1, 1))
-        for curve in curves_of(run):
+    named: dict[Axis, set[str]] = {axis: set() for axis in axes}
+    for number, (one, _, curves) in enumerate(drawn):
+        colour = colormaps["viridis"](0.9 * number / max(len(drawn) - 1, 1))
+        for curve in curves:
+            panel = panels[axes.index(curve.axis)]
             label: str | None = one.point.label if number < MOST_LABELS else None
-            for _, style, rows in curve.branches():
-                panel = panels[axes.index(curve.axis)]
-                strain, stress = 100.0 * curve.strain[rows], 1e-3 * curve.stress[rows]
-                panel.plot(strain, stress, style, color=colour, lw=1.6, label=label)
+            for part in curve.parts:
+                draw_part(panel, part, factor, ls=STYLES[part.role], color=colour, lw=1.6, label=label)
                 label = None
+            draw_marks(panel, [curve], lambda mark: (100.0 * mark.strain, factor * mark.stress), named[curve.axis])
     for axis, panel in zip(axes, panels, strict=False):
-        panel.set_title(f"{NAMES[axis]}: {WAYS[0][2]} full, {WAYS[1][2]} dashed", fontsize=12, loc="left")
+        roles = [role for role in STYLES if any(role in curve.roles for curve in every if curve.axis == axis)]
+        words = ", ".join(f"{ROLE_LABELS[role]} {LINES[STYLES[role]]}" for role in roles if len(roles) > 1)
+        panel.set_title(f"{NAMES[axis]}{': ' * bool(words)}{words}", fontsize=11, loc="left")
         panel.set_xlabel("effective strain [%]", fontsize=12)
-        panel.set_ylabel(stress_label(runs[0][1].size), fontsize=12)
+        panel.set_ylabel(stress_label(drawn[0][1], unit), fontsize=12)
         panel.legend(frameon=False, fontsize=10, loc="upper left")
     return finish(figure, list(panels), path)

@@ -12,8 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from app.budget import loops_of
 from app.labels import ELASTIC, beyond_elastic, yarn_label
-from knitlab_core.knits import Filament
+from knitlab_core.knits import Filament, locking_strain, yarn_per_loop
 from knitlab_core.materials import DEFAULT_FRICTION
 
 if TYPE_CHECKING:
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
     from app.sweeps import SweepResult
     from app.usecases import RunResult
     from knitlab_core.materials import Material, Value
+    from rigs.limits import LimitCrossing
     from rigs.protocol import Protocol
+    from rigs.specimen import SpecimenSpec
     from rigs.step_record import StepRecord
 
 _MOST_LINES: Final = 40
@@ -105,6 +108,7 @@ def result_data(result: RunResult) -> dict[str, Any]:
         "outcome": result.outcome,
         "message": result.message,
         "folder": str(result.folder),
+        "crossings": [one.data() for one in result.crossings],
         "figures": figures_data(result.figures),
         "steps": [asdict(step) for step in result.steps],
     }
@@ -125,7 +129,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     table = Table.grid(padding=(0, 2))
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
-    budget = "no estimate but for a planar knit"
+    budget = "none: a filament has no loops" if isinstance(spec.knit, Filament) else _loop_budgets(spec)
     if facts.locking_strain is not None:
         budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
     for name, text in (
@@ -147,10 +151,17 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     console_of().print(table)
 
 
+def _loop_budgets(spec: SpecimenSpec) -> str:
+    """Say when the loops of a volumetric knit have used up their yarn."""
+    ends = [f"{axis} loops {locking_strain(loop, yarn_per_loop(loop)):.1%}" for axis, loop in loops_of(spec).items()]
+    return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
+
+
 def print_result(result: RunResult) -> None:
     """Print how a run ended and its figures."""
     console = console_of()
     console.print(f"outcome: {result.outcome}; folder: {result.folder}", soft_wrap=True)
+    print_crossings(result.crossings)
     print_steps(result.steps)
     print_figures(result.figures)
 
@@ -165,11 +176,13 @@ def sweep_data(result: SweepResult) -> dict[str, Any]:
             "outcome": one.outcome,
             "message": one.message,
             "skipped": one.skipped,
+            "crossings": [crossing.data() for crossing in one.crossings],
             "figures": figures_data(one.figures),
         }
         for one in result.points
     ]
-    return {"points": points, "table": str(result.table), "plot": str(result.plot)}
+    plots = [str(path) for path in result.plots]
+    return {"points": points, "table": str(result.table), "plot": str(result.plot), "plots": plots}
 
 
 def print_sweep(result: SweepResult) -> None:
@@ -178,7 +191,17 @@ def print_sweep(result: SweepResult) -> None:
     for one in result.points:
         table.add_row(one.point.label, one.outcome, str(one.folder), "done before" if one.skipped else "")
     console_of().print(table)
-    console_of().print(f"table: {result.table}\nplot: {result.plot}", soft_wrap=True)
+    for one in result.points:
+        for crossing in one.crossings:
+            console_of().print(f"{one.point.label}: beyond strength: {crossing}", soft_wrap=True)
+    for name, path in (("table", result.table), *(("plot", path) for path in (result.plot, *result.plots))):
+        console_of().print(f"{name}: {path}", soft_wrap=True)
+
+
+def print_crossings(found: Sequence[LimitCrossing]) -> None:
+    """Print where limits of the material were passed."""
+    for crossing in found:
+        console_of().print(f"beyond strength: {crossing}", soft_wrap=True)
 
 
 def print_steps(steps: Sequence[StepRecord]) -> None:

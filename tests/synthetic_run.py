@@ -13,17 +13,30 @@ from app.runs import RunWriter
 from rigs.instruments import Instrument, Zeroing, measure
 from rigs.machine import instrument_of
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
+from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from rigs.limits import MaterialLimit
     from rigs.record import FloatArray
     from rigs.steps import Axis
 
 SIZE = SpecimenSize(extents={"C": 45e-3, "W": 40e-3, "P": 1e-3}, fibre_radius=0.4e-3)
 BOTH: tuple[Axis, ...] = ("C", "W")
 SPEED = 0.2e-3
+PROTOCOL = """schema: knitlab/protocol@1
+name: synthetic
+rig: biaxial-hook
+specimen: {knit: stockinette-default, loops: [6, 6], loop: 8 mm, material: RGD8530-DM, friction: 0.3}
+speed_ref: pair
+others: hold
+log: {rate: 10 Hz, noise: on, seed: 7}
+steps:
+  - zero: {channels: [force, displacement]}
+  - cycle: {axes: [C, W], lower: 0, upper: 40 %, rate: 0.2 mm/s, n: 2, tag: equibiaxial}
+"""
 STROKES: tuple[tuple[int, Phase, float, float], ...] = (
     (1, "Stretch", 0.0, 0.4),
     (1, "Recover", 0.4, 0.0),
@@ -59,8 +72,10 @@ def row(time: float, strain: float, cycle: int, phase: Phase) -> Equilibrium:
         factorisations=9,
         seconds=0.05,
         cycle=cycle,
+        fibre_strain=0.3 * strain**2,
         phase=phase,
         tag="equibiaxial",
+        step=0 if phase == "Zero" else 1,
     )
 
 
@@ -120,7 +135,13 @@ def stage_instrument(rate: float = 10.0) -> Instrument:
 
 
 def make_run(
-    path: Path, made: Sequence[Equilibrium] | None = None, *, zeroed: float = 0.0, sampled: bool = True
+    path: Path,
+    made: Sequence[Equilibrium] | None = None,
+    *,
+    zeroed: float = 0.0,
+    sampled: bool = True,
+    protocol: str = PROTOCOL,
+    limits: Sequence[MaterialLimit] = (),
 ) -> RunReader:
     """Write the made-up test, or other rows, to a file and open it; all channels were zeroed at a time [s]."""
     made = rows() if made is None else made
@@ -128,7 +149,8 @@ def make_run(
     with RunWriter(
         make_record(
             path,
-            protocol="name: synthetic\n",
+            protocol=protocol,
+            limits=limits,
             size=SIZE,
             axes=BOTH,
             strands=[len(knit_nodes(0.0))],
@@ -148,6 +170,7 @@ def make_run(
         quarter = 0.4 * SIZE.extents["C"] / SPEED
         for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
             writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
+        writer.add_step(StepRecord(number=0, place="steps[0].zero", tag=None, start=zeroed, time=zeroed, end="target"))
         if sampled:
             zero = Zeroing(time=zeroed, kinds=frozenset({"force", "displacement"}))
             writer.write_samples(measure(instrument, trace_of(made), seed=7, zeroings=[zero]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 FINAL: Final = frozenset({"succeeded", "failed", "cancelled"})
 """States that a job never leaves."""
@@ -14,7 +14,10 @@ FINAL: Final = frozenset({"succeeded", "failed", "cancelled"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """Say how far a job is: share done [1], what is being done, strain [1] and force [N] by axis, time left [s]."""
+    """Say how far a job is: share done [1], what is being done, strain [1] and force [N] by axis, time left [s].
+
+    `crossings` says where a fibre passed a limit of its material: row, time [s], strain [1], and `text` for people.
+    """
 
     share: float = 0.0
     text: str = ""
@@ -22,6 +25,7 @@ class Progress:
     force: Mapping[str, float] = field(default_factory=dict)
     seconds_left: float | None = None
     rows: int = 0
+    crossings: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ import traceback
 from contextlib import suppress
 from multiprocessing import connection, parent_process
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from app.service.folder import JobFolder, LockedError, Result
 from app.service.jobs import Progress
@@ -26,10 +26,11 @@ from knitlab_core.errors import FormatError, KnitlabError
 from knitlab_core.threads import use_threads
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from types import FrameType
 
     from app.usecases import RunResult
+    from rigs.limits import MaterialLimit
     from rigs.record import Equilibrium
     from rigs.steps import Axis
 
@@ -113,12 +114,15 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     from app.drawing import draw_here  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.usecases import resume_run, run_loaded  # noqa: PLC0415
+    from rigs.limits import limits_of  # noqa: PLC0415
 
     spec = files.read_spec()
+    loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
+    watch.limits = limits_of(loaded.protocol.specimen)
     draw = draw_here if spec.pictures else None
     if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
         try:
-            over = _look_back(files, going_on=(files.run / CHECKPOINT).exists())
+            over = _look_back(files, watch, going_on=(files.run / CHECKPOINT).exists())
             ended = resume_run(files.run, watch.progress, watch.row, draw=draw)
         except (FormatError, FileNotFoundError) as error:
             # As after an upgrade: late is better than never.
@@ -128,19 +132,19 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
                 _log(f"the test ended: {ended.outcome}")
             return ended
     shutil.rmtree(files.run, ignore_errors=True)
-    loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
     ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
     return ended
 
 
-def _look_back(files: JobFolder, *, going_on: bool) -> bool:
+def _look_back(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
     """Say how far earlier attempts came, and tell whether to the end of the test."""
     from app.carry_out import RECORD  # noqa: PLC0415 (heavy)
     from app.run_reader import RunReader  # noqa: PLC0415
 
     record = RunReader(files.run / RECORD)
     restore(files.rows_file, record)
+    watch.crossings = {one.limit.name: one.data() for one in record.crossings}
     over = record.outcome.end != "abort"
     if over:
         _log("its test has ended; the files are left to make")
@@ -161,6 +165,8 @@ class _Watch:
     def __init__(self, files: JobFolder) -> None:
         self._files = files
         self._stop = False
+        self.limits: Sequence[MaterialLimit] = ()
+        self.crossings: dict[str, dict[str, Any]] = {}
         self._began = time.monotonic()
         self._ran_before = files.ran()
         self._reported = 0.0
@@ -178,10 +184,19 @@ class _Watch:
         if self._rows is None:
             self._rows = RowFile(self._files.rows_file, number)
         self._rows.append(number, row, strain)
+        self._note_limits(number, row, strain)
         self._last = Progress(strain=_plain(strain), force=_plain(row.force), rows=number + 1)
         if self._phase != (phase := f"{row.phase} {row.cycle}"):
             self._phase = phase
             _log(f"row {number}: {phase}")
+
+    def _note_limits(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
+        """Take down the limits of the material that a row is the first to pass."""
+        for limit in self.limits:
+            if row.fibre_strain > limit.strain and limit.name not in self.crossings:
+                crossing = limit.crossed(number, row, strain)
+                self.crossings[limit.name] = crossing.data()
+                _log(f"row {number}: beyond strength: {crossing}")
 
     def progress(self, share: float, text: str) -> None:
         """Report how far the job is, now and then, and at the end."""
@@ -201,6 +216,7 @@ class _Watch:
             force=self._last.force,
             seconds_left=spent * (1.0 - share) / gone if gone > 0.0 else None,
             rows=self._last.rows,
+            crossings=tuple(self.crossings.values()),
         )
         self._files.write_progress(progress, self._ran_before + spent)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, get_args
 
 from knitlab_core.errors import KnitlabError
 
@@ -93,6 +93,8 @@ class Progress:
         Estimate of the time to the end [s].
     rows : int
         Equilibria so far.
+    crossings : sequence of mapping
+        Where a fibre passed a limit of its material so far, as `LimitCrossing.data` says it.
     """
 
     share: float = 0.0
@@ -101,6 +103,7 @@ class Progress:
     force: Mapping[str, float] = field(default_factory=dict)
     seconds_left: float | None = None
     rows: int = 0
+    crossings: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

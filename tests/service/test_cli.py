@@ -18,6 +18,7 @@ from tests.synthetic_run import make_run
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from rigs.limits import LimitCrossing
     from rigs.step_record import StepRecord
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -54,6 +55,7 @@ class Ended:
     folder: Path = Path("runs/x")
     figures: tuple[tuple[str, float, str], ...] = (("stress C at 20 %", 1234.5, "Pa"),)
     steps: tuple[StepRecord, ...] = ()
+    crossings: tuple[LimitCrossing, ...] = ()
 
 
 @pytest.fixture
@@ -156,10 +158,12 @@ def test_schemas_of_both_kinds_of_file(say: Callable[..., Said]) -> None:
 
 def test_check_prints_the_plan_of_the_main_job(say: Callable[..., Said]) -> None:
     said = say("check", MAIN_JOB)
-    assert (said.code, said.err) == (0, "")
+    assert said.code == 0
+    (line,) = said.err.splitlines()
+    assert "WARNING: material: strength of 29 MPa (assumed) would be passed" in line
     # 40 % of six loop widths of 8 mm at 0.2 mm/s, four times.
     assert "planned duration 384 s, 3841 rows at 10 Hz" in said.out
-    assert "no limit would be passed" in said.out
+    assert "no limit would be passed" not in said.out
     assert "arc-length budget" in said.out
     assert "assumed" in said.out
 
@@ -171,15 +175,18 @@ def test_check_as_json_is_in_si(say: Callable[..., Said]) -> None:
     assert plan["specimen"]["gauge_lengths_m"]["C"] == pytest.approx(0.048)
     assert [stroke["phase"] for stroke in plan["strokes"]] == ["Zero"] + ["Stretch", "Recover"] * 2
     assert plan["duration_s"] == pytest.approx(384.0)
-    assert plan["warnings"] == []
-    assert plan["largest_strain"] == pytest.approx(0.4)
+    (warning,) = plan["warnings"]
+    assert warning.startswith("material: strength of 29 MPa (assumed) would be passed")
+    assert plan["largest_strain"] == plan["budget"]["largest"] == pytest.approx(0.4)
+    assert plan["budget"]["locking"] == plan["specimen"]["locking_strain"]
 
 
 def test_going_past_the_locking_strain_is_a_warning(say: Callable[..., Said], tmp_path: Path) -> None:
     said = say("check", spoilt(tmp_path, "peak: 20 %", "peak: 80 %"))
     assert said.code == 0
-    (line,) = said.err.splitlines()
-    assert "WARNING: arc-length budget: the protocol goes to 80.0%, past the estimated locking strain" in line
+    line, material = said.err.splitlines()
+    assert "WARNING: arc-length budget: the protocol goes to 80.0% as equibiaxial strain, past the estimated" in line
+    assert "WARNING: material: strength of 29 MPa" in material
 
 
 def test_limits_of_the_rig_are_warnings(say: Callable[..., Said], tmp_path: Path) -> None:
@@ -268,6 +275,7 @@ def test_run_shows_progress_on_stderr_alone(say: Callable[..., Said], end_with: 
         "outcome": "target",
         "message": "all steps done",
         "folder": "runs/x",
+        "crossings": [],
         "figures": [{"name": "stress C at 20 %", "value": 1234.5, "unit": "Pa"}],
         "steps": [],
     }
@@ -341,13 +349,17 @@ def test_plot_of_what_is_no_run_is_code_2(say: Callable[..., Said], tmp_path: Pa
         assert says in said.err
 
 
-@pytest.mark.parametrize("name", ["uniaxial_course", "fig4c/fig4c_pile_4"])
-def test_check_prints_the_plan_of_a_test_on_the_frame(name: str, say: Callable[..., Said]) -> None:
+@pytest.mark.parametrize(("name", "axis", "passed"), [("uniaxial_course", "C", 0), ("fig4c/fig4c_pile_4", "P", 1)])
+def test_check_prints_the_plan_of_a_test_on_the_frame(
+    name: str, axis: str, passed: int, say: Callable[..., Said]
+) -> None:
     said = say("check", EXAMPLES / f"{name}.yaml")
-    assert (said.code, said.err) == (0, "")
+    assert said.code == 0
+    assert said.err.count("WARNING: material: strength of 29 MPa (assumed) would be passed") == passed
+    assert len(said.err.splitlines()) == passed
     assert "along the frame" in said.out
-    assert "no limit would be passed" in said.out
-    assert "to spare" not in said.out
+    assert f"along {axis}, sides free" in said.out
+    assert ("no limit would be passed" in said.out) == (passed == 0)
 
 
 def test_limits_of_the_frame_are_warnings(say: Callable[..., Said], tmp_path: Path) -> None:

@@ -8,15 +8,17 @@ from matplotlib.image import imread
 
 from app import painters, pictures
 from app.compare import compare_runs, compared
+from app.curves import curves_of, force_unit, prefixed, stress_unit
 from app.painters import fit_window, vtk_environment
-from app.pictures import knit_frames, marked_frames, specimen_picture
-from app.report import curves_of, stress_strain_plot
+from app.pictures import beyond, colour_limits, knit_frames, marked_frames, specimen_picture
+from app.report import legend_of, stress_strain_plot
 from app.run_reader import RunReader
 from app.tubes import smooth_curve, tube
 from app.views import FROM_A_CORNER, FROM_ABOVE
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
-from tests.synthetic_run import SIZE, frame, knit_nodes, make_run, rows
+from rigs.limits import MaterialLimit
+from tests.synthetic_run import PROTOCOL, SIZE, frame, knit_nodes, make_run, rows
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +79,20 @@ def test_the_peak_is_among_the_frames_wherever_it_lies() -> None:
     assert [one.strain["C"] for one in picked] == [0.0, 0.2, 0.3]
 
 
+def test_first_middle_and_peak_are_always_shown() -> None:
+    def shown(strains: list[float]) -> list[float]:
+        return [
+            one.strain["C"] for one in marked_frames([frame(float(k), e, 1, "Hold") for k, e in enumerate(strains)])
+        ]
+
+    # A rig that gives shows 13.49 % where 15 % is asked for, and a frame just before its peak.
+    assert shown([0.0, 0.0, 0.015, 0.027, 0.045, 0.075, 0.13, 0.1349, 0.1349, 0.05, 0.0]) == [0.0, 0.075, 0.1349]
+    assert shown([0.0, -0.05, -0.1, -0.05]) == [0.0, -0.05, -0.1]
+    assert shown([0.0, 0.0, 0.0]) == [0.0]
+    assert shown([0.0, 0.05]) == [0.0, 0.05]
+    assert len(shown([0.025 * k for k in range(100)])) <= 7
+
+
 def test_a_corner_shows_the_pile_upright_and_nothing_distorted() -> None:
     turn = FROM_A_CORNER.turn
     assert turn @ turn.T == pytest.approx(np.eye(3))
@@ -104,20 +120,83 @@ def test_compared_runs_of_one_axis_differ_in_their_dashes(run: RunReader) -> Non
         ("wale, synthetic", "--"),
     ]
     assert len({line.colour for line in lines}) == 2
-    assert {line.scale for line in lines} == {1e-3}
+    assert {line.modulus for line in lines} == {None}
 
 
-def test_plot_shows_every_branch_of_the_log(run: RunReader, tmp_path: Path) -> None:
+def test_plot_shows_every_branch_without_noise_and_the_log_behind(run: RunReader, tmp_path: Path) -> None:
     course, wale = curves_of(run)
     assert (course.axis, wale.axis) == ("C", "W")
     for curve in (course, wale):
-        found = [(cycle, style) for cycle, style, _ in curve.branches()]
-        assert found == [(1, "-"), (1, "--"), (2, "-"), (2, "--")]
-    assert wale.strain.max() == pytest.approx(0.4, abs=1e-3)
-    assert wale.stress.max() == pytest.approx(130 * np.exp(16.5 * 0.4), rel=0.02)
+        found = [(part.cycle, part.role) for part in curve.parts]
+        assert found == [(1, "loading"), (1, "unloading"), (2, "loading"), (2, "unloading")]
+        assert curve.log is not None
+        assert len(curve.log.time) == len(run.samples["biaxial-hook"].time)
+    # The peak itself is drawn, not a sample beside it.
+    first = wale.parts[0]
+    assert first.strain[-1] == wale.parts[1].strain[0] == pytest.approx(0.4, abs=1e-12)
+    assert first.stress[-1] == wale.parts[1].stress[0] == pytest.approx(130 * (np.exp(16.5 * 0.4) - 1), rel=1e-12)
+    # Between the equilibria, 2 % apart, the curve bends as the exponential does, and no noise is on it.
+    assert first.stress == pytest.approx(130 * (np.exp(16.5 * first.strain) - 1), rel=0.02, abs=50.0)
+    assert np.all(np.diff(first.stress) > 0.0)
     image = imread(stress_strain_plot(run, tmp_path / "plot.png"))
     assert image.shape[0] > 800
     assert image.std() > 0.05
+
+
+def test_a_legend_names_what_there_is_and_nothing_else(run: RunReader, tmp_path: Path) -> None:
+    assert [entry.label for entry in legend_of(curves_of(run))] == [
+        "course",
+        "wale",
+        "cycle 1",
+        "cycle 2",
+        "loading",
+        "unloading",
+        "as logged, with noise",
+    ]
+    ramp = make_run(tmp_path / "ramp.h5", rows()[:21], sampled=False)
+    assert [entry.label for entry in legend_of(curves_of(ramp))] == ["course", "wale"]
+
+
+def test_a_hold_and_the_peak_before_it_are_drawn(tmp_path: Path) -> None:
+    made = rows()[:21]
+    held = [replace(made[-1], time=made[-1].time + wait, phase="Hold", step=2) for wait in (4.0, 10.0)]
+    course, wale = curves_of(make_run(tmp_path / "run.h5", [*made, *held]))
+    for curve in (course, wale):
+        ramp, hold = curve.parts
+        assert (ramp.role, hold.role, curve.cycles) == ("loading", "hold", (1,))
+        assert ramp.strain[-1] == pytest.approx(0.4, abs=1e-12)
+        assert (hold.time[0], hold.time[-1]) == (made[-1].time, held[-1].time)
+        assert hold.still
+    labels = [entry.label for entry in legend_of([course, wale])]
+    assert labels == ["course", "wale", "loading", "all axes at rest", "as logged, with noise"]
+    assert next(entry.mark for entry in legend_of([course]) if entry.label == "all axes at rest") == "o"
+    # What relaxes at rest is a line, and its dot is none.
+    slack = [replace(row, force={axis: 0.7 * force for axis, force in row.force.items()}) for row in held]
+    relaxing = curves_of(make_run(tmp_path / "relaxing.h5", [*made, *slack]))[0]
+    assert not relaxing.parts[-1].still
+    assert relaxing.parts[-1].stress[-1] == pytest.approx(0.7 * relaxing.parts[0].stress[-1])
+
+
+@pytest.mark.parametrize(("others", "role"), [("hold", "held"), ("free", "free")])
+def test_an_axis_that_no_step_drives_is_shown_as_what_it_is(others: str, role: str, tmp_path: Path) -> None:
+    protocol = PROTOCOL.replace("axes: [C, W]", "axes: [C]").replace("others: hold", f"others: {others}")
+    course, wale = curves_of(make_run(tmp_path / "run.h5", protocol=protocol))
+    assert course.roles == ("loading", "unloading")
+    assert wale.roles == (role,)
+    assert [entry.label for entry in legend_of([course, wale])][:2] == ["course", f"wale, {role}"]
+    assert legend_of([wale])[0].label == f"wale, {role}"
+
+
+def test_a_jump_is_drawn_as_a_jump(tmp_path: Path) -> None:
+    made = rows()[:21]
+    dropped = replace(made[10], force={axis: 0.5 * force for axis, force in made[10].force.items()})
+    part = curves_of(make_run(tmp_path / "run.h5", [*made[:11], dropped, *made[11:]]))[0].parts[0]
+    at = np.flatnonzero(part.time == dropped.time)
+    assert len(at) == 2
+    before, after = part.force[at]
+    assert after == pytest.approx(0.5 * before)
+    assert np.all(part.force[: at[0] + 1] <= before)
+    assert np.all(part.force[at[1] :] >= after)
 
 
 def test_no_line_is_drawn_across_a_zeroing(tmp_path: Path) -> None:
@@ -127,17 +206,70 @@ def test_no_line_is_drawn_across_a_zeroing(tmp_path: Path) -> None:
     middle = replace(made[20], phase="Zero")
     zeroed = make_run(tmp_path / "run.h5", [*made[:21], middle, *made[21:]], zeroed=moment)
     course, _ = curves_of(zeroed)
-    pieces = list(course.branches())
-    assert [style for _, style, _ in pieces] == ["-", "--"]
+    assert [part.role for part in course.parts] == ["loading", "unloading"]
+    up, down = course.parts
+    assert [float(up.strain[-1]), float(down.strain[0])] == pytest.approx([0.4, 0.0])
     step = np.abs(np.diff(zeroed.trace.columns["displacement_C"])).max() / SIZE.extents["C"]
-    for _, _, found in pieces:
-        assert np.abs(np.diff(course.strain[found])).max() < step
+    for part in course.parts:
+        assert np.abs(np.diff(part.strain)).max() < step
+    assert course.log is not None
+    assert np.isnan(course.log.force).sum() == 1
 
 
 def test_a_run_cut_off_is_plotted_from_its_equilibria(tmp_path: Path) -> None:
     cut_off = make_run(tmp_path / "run.h5", sampled=False)
-    assert curves_of(cut_off)[0].time.tolist() == cut_off.trace.columns["time"].tolist()
+    course = curves_of(cut_off)[0]
+    assert set(cut_off.trace.columns["time"]) <= {time for part in course.parts for time in part.time}
+    assert course.log is None
     assert stress_strain_plot(cut_off, tmp_path / "plot.png").exists()
+
+
+def test_units_fit_the_scale() -> None:
+    assert prefixed(0.0) == (1.0, "")
+    for (factor, unit), wanted in (
+        (prefixed(2.6e-4), (1e6, "µ")),
+        (force_unit([np.array([0.0, 3e-4])]), (1e3, "mN")),
+        (force_unit([np.array([-0.4, 2e-3])]), (1.0, "N")),
+        (stress_unit([np.array([11.3e3]), np.array([0.0])]), (1e-3, "kPa")),
+        (stress_unit([np.array([3.9e6])]), (1e-6, "MPa")),
+    ):
+        assert unit == wanted[1]
+        assert factor == pytest.approx(wanted[0])
+
+
+def test_values_with_signs_have_colours_about_zero() -> None:
+    (low, high), (first, last) = colour_limits(np.linspace(-1.0, 3.0, 1001), signed=True)
+    assert (first, last) == (-high, high)
+    assert [low, high] == pytest.approx([-1.0, 3.0], abs=0.02)
+    # A knit at rest has a scale that is no rounding error's.
+    assert colour_limits(np.zeros(5), signed=True) == ((-0.01, 0.01), (-0.01, 0.01))
+    (low, high), limits = colour_limits(np.linspace(-1.0, 3.0, 1001), signed=False)
+    assert limits == (low, high)
+
+
+def test_a_limit_that_was_passed_is_marked_on_every_curve_and_in_the_pictures(tmp_path: Path) -> None:
+    # The made-up fibre is strained by 0.3 strain², so 3 % is passed beyond a strain of 31.6 %: at the row at 32 %.
+    limit = MaterialLimit(name="elongation at break", strain=0.03, text="elongation at break of 3 %")
+    found = make_run(tmp_path / "run.h5", limits=[limit])
+    (crossing,) = found.crossings
+    row = rows()[16]
+    assert (crossing.row, crossing.time, crossing.limit) == (16, row.time, limit)
+    assert crossing.strain == {"C": pytest.approx(0.32), "W": pytest.approx(0.32)}
+    for curve in curves_of(found):
+        (mark,) = curve.marks
+        assert mark.time == row.time
+        assert mark.force == pytest.approx(row.force[curve.axis])
+        assert mark.strain == pytest.approx(0.32)
+    assert legend_of(curves_of(found))[-1].label == "elongation at break of 3 % passed"
+    # At 40 % axial and bending strain together come to 0.0196 + 0.02 at the crests of the wave.
+    shape = frame(1.0, 0.4, 1, "Stretch")
+    strain = np.abs(shape.axial_strain) + shape.bending_strain
+    # Crests come every 24 edges, the first at the end of the yarn.
+    assert beyond(shape, found.strands, 0.03) == list(range(0, len(strain), 24))
+    # Of two strands each is looked at by itself: the edge from one to the other is none.
+    halves = replace(shape, axial_strain=np.tile([0.0, 0.05, 0.0], 2), bending_strain=np.zeros(6))
+    assert beyond(halves, [4, 4], 0.03) == [1, 5]
+    assert beyond(frame(0.0, 0.0, 1, "Zero"), found.strands, 0.03) == []
 
 
 @pytest.mark.usefixtures("without_vtk")

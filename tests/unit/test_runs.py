@@ -21,7 +21,7 @@ from rigs.catalogue import MachineName
 from rigs.instruments import Instrument, measure
 from rigs.machine import instrument_of
 from rigs.record import Outcome, trace_of, units
-from tests.synthetic_run import BOTH, SIZE, knit_nodes, make_run, row, rows, stage_instrument
+from tests.synthetic_run import BOTH, PROTOCOL, SIZE, knit_nodes, make_run, row, rows, stage_instrument
 
 ROOT = Path(__file__).parents[2]
 
@@ -52,7 +52,7 @@ def test_tags_may_be_in_any_script(tmp_path: Path) -> None:
 def test_what_is_written_is_read(tmp_path: Path) -> None:
     run = make_run(tmp_path / "run.h5")
     trace = trace_of(rows())
-    assert run.protocol == "name: synthetic\n"
+    assert run.protocol == PROTOCOL
     assert run.size == SIZE
     assert run.outcome == Outcome(end="target")
     assert run.provenance["seed"] == 7

@@ -142,6 +142,14 @@ class StrokeView(Answer):
     duration_s: float
 
 
+class BudgetView(Answer):
+    """Say how far a protocol goes, and how far the yarn of a loop reaches."""
+
+    largest: float = Field(description="largest strain that is planned")
+    locking: float = Field(description="strain at which a loop has used up its yarn (estimate)")
+    measure: str = Field(description="which strain both are", examples=["as equibiaxial strain"])
+
+
 class PlanView(Answer):
     """Say what a protocol would do, without physics."""
 
@@ -152,8 +160,23 @@ class PlanView(Answer):
     duration_s: float
     rows: int
     largest_strain: float | None
+    budget: BudgetView | None
+    fibre_strain: float | None = Field(description="largest strain of a fibre's surface, a rough estimate")
     warnings: list[str]
     defaults: dict[str, str] = Field(description="what holds though the protocol does not say it, by its place")
+
+
+class CrossingView(Answer):
+    """Say where a fibre first passed a limit of its material."""
+
+    model_config = ConfigDict(frozen=True, from_attributes=True)
+    name: Literal["strength", "elongation at break"]
+    limit: float = Field(description="strain of a fibre's surface at the limit")
+    row: int = Field(description="first row beyond it")
+    time: float = Field(description="time of that row [s]")
+    strain: dict[str, float] = Field(description="strain of every driven axis there")
+    fibre_strain: float = Field(description="strain of the most strained fibre there")
+    text: str = Field(description="the same for people")
 
 
 class ProgressView(Answer):
@@ -166,6 +189,10 @@ class ProgressView(Answer):
     force: dict[str, float] = Field(description="force of every driven axis [N]")
     seconds_left: float | None = Field(description="estimate of the time to the end [s]")
     rows: int = Field(description="equilibria so far")
+    crossings: list[CrossingView] = Field(
+        default=[],
+        description="limits of the material that fibres passed: curves are not to be believed beyond the first",
+    )
 
 
 class JobView(Answer):

@@ -40,7 +40,7 @@ export class Curves {
     this.time = chart("Force and time", "time [s]", "force [N]");
     this.stress = chart("Stress and strain", "strain [%]", "stress [kPa]");
     this.legend = new Legend(() => this.redraw());
-    Object.assign(this, { section: null, waiting: [], last: {}, axes: [], cycles: 0 });
+    Object.assign(this, { section: null, waiting: [], last: {}, axes: [], cycles: 0, limits: [], rows: new Map() });
     this.none = h("p", { class: "faint" });
     this.drawn = h("div", { hidden: true }, this.legend.node, h("div", { class: "two" }, this.time.node, this.stress.node));
     this.node = h("section", {}, h("h2", {}, "Curves"), this.none, this.drawn);
@@ -65,8 +65,32 @@ export class Curves {
     this.redraw();
   }
 
+  /** Take the rows at which limits of the material were passed: from there on a curve is not to be believed. */
+  mark(limits) {
+    if (limits.length === this.limits.length) return;
+    this.limits = limits;
+    this.redraw();
+  }
+
+  /** Put a cross on every curve where a limit was passed; on stress once the sections are known. */
+  drawMarks() {
+    const rows = this.limits.map(({ row }) => this.rows.get(row)).filter(Boolean);
+    const marks = (chart, place) => {
+      const all = rows.flatMap((row) => Object.keys(row.force).map((axis) => place(row, axis)));
+      Object.assign(setOf(chart, "", 0), { all, label: "beyond strength", showLine: false, pointStyle: "crossRot", pointRadius: 7, order: -1e6 });
+    };
+    marks(this.time, (row, axis) => ({ x: row.time, y: row.force[axis] }));
+    if (this.section) marks(this.stress, (row, axis) => this.point(row, axis));
+  }
+
+  /** Return the strain [%] and the stress [kPa] of an axis at a row. */
+  point(row, axis) {
+    return { x: 100 * row.strain[axis], y: row.force[axis] / this.section[axis] / 1e3 };
+  }
+
   add(rows) {
     for (const row of rows) {
+      this.rows.set(row.row, row);
       for (const [axis, force] of Object.entries(row.force)) {
         if (!this.axes.includes(axis)) this.axes.push(axis);
         setOf(this.time, axis, 0).all.push({ x: row.time, y: force });
@@ -80,8 +104,8 @@ export class Curves {
 
   addStress(rows) {
     for (const row of rows) {
-      for (const [axis, force] of Object.entries(row.force)) {
-        const point = { x: 100 * row.strain[axis], y: force / this.section[axis] / 1e3 };
+      for (const axis of Object.keys(row.force)) {
+        const point = this.point(row, axis);
         const { all } = setOf(this.stress, axis, row.cycle);
         // A cycle sets out from where the one before ended.
         if (!all.length && this.last[axis]) all.push(this.last[axis]);
@@ -99,6 +123,7 @@ export class Curves {
       this.drawn.hidden = !this.axes.length;
       this.stress.node.hidden = !this.stress.sets.size;
       this.legend.show(this.axes, this.cycles);
+      if (this.limits.length) this.drawMarks();
       for (const one of [this.time, this.stress]) this.draw(one);
     });
   }
@@ -114,7 +139,8 @@ export class Curves {
     for (const set of sets.values()) {
       set.data = thin(set.all, columns);
       set.hidden = Boolean(set.cycle && this.legend.cycle && set.cycle !== this.legend.cycle);
-      set.borderColor = set.backgroundColor = set.cycle ? tint(set.axis, set.cycle, this.cycles) : colour(AXES[set.axis]);
+      const plain = colour(AXES[set.axis] ?? "ink");
+      set.borderColor = set.backgroundColor = set.cycle ? tint(set.axis, set.cycle, this.cycles) : plain;
       set.borderWidth = set.cycle ? width(set.cycle, this.cycles) : 1.8;
     }
     made.update("none");

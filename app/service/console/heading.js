@@ -13,11 +13,12 @@ export class Heading {
     this.left = h("span", { class: "faint" });
     this.rows = h("span", { class: "faint" });
     this.where = h("p");
+    this.beyond = h("div");
     const sweep = job.sweep && h("a", { href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
     place.append(h("div", {},
       h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.state, this.verbs.node)),
       h("div", { class: "bar" }, this.done, this.share, this.left, this.rows, sweep),
-      this.where));
+      this.where, this.beyond));
   }
 
   show(job) {
@@ -30,6 +31,9 @@ export class Heading {
     put(this.left, `${span(progress.seconds_left)} left`);
     put(this.rows, `${progress.rows} equilibria, attempt ${job.attempts}`);
     put(this.where, job.finished ? ending(job) : doing(progress));
+    const texts = (progress.crossings ?? []).map(({ text }) => `Beyond strength: ${text}.`);
+    if (texts.join() !== this.texts) this.beyond.replaceChildren(...texts.map((text) => h("p", { class: "warning" }, text)));
+    this.texts = texts.join();
     entitle(job.finished ? `${job.name} ${job.state}` : `${percent(progress.share, 0)} ${job.name}`);
   }
 }

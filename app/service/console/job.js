@@ -20,6 +20,7 @@ export async function showJob(place, signal, id) {
     job = now;
     heading.show(job);
     curves.say(over());
+    curves.mark(job.progress.crossings ?? []);
   }
 
   /** Bring everything up to date that is not in the stream; what fails leaves the rest as it is. */

@@ -167,3 +167,20 @@ def test_it_says_why_there_is_no_shape_and_no_curve(page: Page, service: str, do
     expect(page.get_by_text("Cancelled.", exact=True)).to_be_visible()
     # A job that was over when it was opened is no news.
     assert page.locator("#status").inner_text() == ""
+
+
+def test_passing_a_limit_of_the_material_is_said_and_marked(page: Page, service: str, done: str) -> None:
+    rows = [{"row": k, **row} for k, row in enumerate(wave(40, 1))]
+    text = "strength of 29 MPa passed at 12 s, strain C 24.0 %: a fibre is strained by 4 %, limit 3.54 %"
+    crossing = {"name": "strength", "limit": 0.0354, "row": 12, "time": 12.0, "strain": {"C": 0.24}}
+    crossings = [{**crossing, "fibre_strain": 0.04, "text": text}]
+    page.route(f"**/jobs/{done}", edited(lambda job: job["progress"].update(crossings=crossings)))
+    serve_rows(page, rows)
+    page.goto(f"{service}/#/jobs/{done}")
+    expect(page.get_by_text(f"Beyond strength: {text}.")).to_be_visible()
+    marked = "beyond strength"
+    drawn = curves(page, lambda found: sum(one["label"] == marked and len(one["data"]) == 1 for one in found) == 2)
+    time, stress = (one["data"] for one in drawn if one["label"] == marked)
+    # Row 12 of a wave that rises by 2 % a row to 40 %.
+    assert time == [{"x": 12.0, "y": pytest.approx(0.24**2)}]
+    assert stress[0]["x"] == pytest.approx(24.0)

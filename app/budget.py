@@ -1,0 +1,161 @@
+"""Estimate before a test how much of its yarn it uses up, and how far a fibre is strained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from knitlab_core.knits import Filament, Stitch, VolumetricStitch, locking_strain, yarn_per_loop
+from rigs.limits import limits_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from knitlab_core.knits import Yarn
+    from rigs.motion import Stroke
+    from rigs.specimen import SpecimenSpec
+    from rigs.steps import Axis
+
+#: Strands that lie side by side where a knit that is drawn is at its narrowest.
+STRANDS: Final = 4
+
+#: Fibre strain over (fibre radius / loop width) (strain / locking strain)²; see docs/decisions/0024.
+GROWTH: Final = 4.0
+
+#: By how much that estimate may be off, either way.
+BAND: Final = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """Hold how far a protocol goes, and how far the yarn of a loop reaches.
+
+    Attributes
+    ----------
+    largest, locking : float
+        Largest strain that is planned, and the strain at which a loop has used up its yarn (estimate) [1].
+    measure : str
+        Which strain both are.
+    """
+
+    largest: float
+    locking: float
+    measure: str
+
+    @property
+    def share(self) -> float:
+        """Return the largest strain as a share of the locking strain [1]."""
+        return max(0.0, self.largest) / self.locking if self.locking > 0.0 else float("inf")
+
+
+def loops_of(spec: SpecimenSpec) -> dict[Axis, Stitch]:
+    """Return the loops of a knit by the axis across the course along which they reach; none of a filament."""
+    stitch = spec.stitch
+    if isinstance(stitch, VolumetricStitch):
+        loops: dict[Axis, Stitch] = {"W": stitch.wale_loop, "P": stitch.pile_loop}
+    else:
+        loops = {"W": stitch} if isinstance(stitch, Stitch) else {}
+    return {axis: packed(loop, spec.yarn) for axis, loop in loops.items()}
+
+
+def packed(loop: Stitch, yarn: Yarn | None) -> Stitch:
+    """Return a loop whose yarn is as thick at crossings as its material: loose fibres make room for each other."""
+    if yarn is None:
+        return loop
+    thick = yarn.contact_radius if yarn.fibres == 1 else replace(yarn, model="yarn").contact_radius
+    return replace(loop, fibre_radius=thick)
+
+
+def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Axis, float]) -> Budget | None:
+    """Return the budget of the loops that the strokes bring nearest to their locking; None for a filament.
+
+    Parameters
+    ----------
+    spec : SpecimenSpec
+        The specimen.
+    strokes : sequence of Stroke
+        Every move that is planned.
+    lengths : Mapping
+        Initial hook-to-hook distance of each driven axis [m]; sides of other axes are free.
+    """
+    # An axis that searches a force is only known to start where it does.
+    found = [
+        budget
+        for stroke in strokes
+        for height, loop in loops_of(spec).items()
+        if (budget := _budget(loop, height, _strains(stroke, lengths))) is not None
+    ]
+    return max(found, key=lambda budget: budget.share, default=None)
+
+
+def _strains(stroke: Stroke, lengths: Mapping[Axis, float]) -> dict[Axis, float]:
+    """Return the strains at the end of a stroke of the axes that are driven or held [1]."""
+    end = stroke.start if stroke.searches else stroke.end
+    return {axis: end[axis] / length for axis, length in lengths.items() if axis not in stroke.free}
+
+
+def _budget(loop: Stitch, height: Axis, strain: Mapping[Axis, float]) -> Budget | None:
+    """Return what strains ask of one loop, whose yarn is spent along the course once, along its height twice.
+
+    With free sides the loop draws in until its strands lie side by side: the knit locks there at the latest.
+    """
+    biaxial = locking_strain(loop, yarn_per_loop(loop))
+    share = 2.0 * loop.row_spacing
+    yarn, narrow = (1.0 + biaxial) * (1.0 + share), 2.0 * STRANDS * loop.fibre_radius
+    if "C" in strain and height in strain:
+        largest = (strain["C"] + share * strain[height]) / (1.0 + share)
+        return Budget(largest=largest, locking=biaxial, measure="as equibiaxial strain")
+    if height in strain:
+        locking = (yarn - narrow) / share - 1.0
+        return Budget(largest=strain[height], locking=locking, measure=f"along {height}, sides free")
+    if "C" in strain:
+        return Budget(largest=strain["C"], locking=yarn - narrow - 1.0, measure="along C, sides free")
+    return None
+
+
+def fibre_strain(spec: SpecimenSpec, budget: Budget | None, strokes: Sequence[Stroke]) -> float | None:
+    """Estimate the largest strain at the surface of a fibre [1]; exact for a filament, else within a factor `BAND`."""
+    if isinstance(spec.stitch, Filament):
+        return max((abs(stroke.end["C"]) / spec.loop_width for stroke in strokes if "C" in stroke.end), default=0.0)
+    if budget is None:
+        return None
+    radius = spec.stitch.fibre_radius if spec.yarn is None else spec.yarn.fibre_radius
+    return GROWTH * radius * budget.share**2
+
+
+def budget_warnings(budget: Budget | None) -> list[str]:
+    """Return a warning if the yarn would be used up."""
+    if budget is None or budget.largest <= budget.locking:
+        return []
+    past = f"the protocol goes to {budget.largest:.1%} {budget.measure}, past the estimated locking strain of"
+    return [f"arc-length budget: {past} {budget.locking:.1%}: the yarn itself must stretch and forces rise steeply"]
+
+
+def limit_warnings(spec: SpecimenSpec, strain: float | None) -> list[str]:
+    """Return a warning for each limit of the material that a fibre would pass by its estimated strain [1]."""
+    if strain is None:
+        return []
+    return [
+        f"material: {limit.text} would be passed: a fibre would be strained by {100 * strain:.2g} %{_band(spec)}, "
+        f"limit {100 * limit.strain:.3g} %; {limit.consequence}"
+        for limit in limits_of(spec)
+        if strain > limit.strain
+    ]
+
+
+def fibre_line(spec: SpecimenSpec, strain: float | None) -> str:
+    """Say how far a fibre is strained by estimate, and what its material bears; empty for a material without limits."""
+    limits = limits_of(spec)
+    if strain is None or not limits:
+        return ""
+    band = 1.0 if isinstance(spec.stitch, Filament) else BAND
+    bears = [
+        f"{100 * limit.strain:.3g} % at its {limit.text}" + ", which may be passed" * (limit.strain / band < strain)
+        for limit in limits
+    ]
+    return f"fibre strain: goes to {100 * strain:.2g} %{_band(spec)}; the material bears {'; '.join(bears)}"
+
+
+def _band(spec: SpecimenSpec) -> str:
+    """Return how far to trust the estimate; that of a filament is exact."""
+    return "" if isinstance(spec.stitch, Filament) else f" (rough estimate, within a factor of {BAND:g})"
