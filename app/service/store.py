@@ -52,8 +52,8 @@ class Store:
     def __init__(self, settings: Settings) -> None:
         logging.getLogger("dbos").setLevel(logging.ERROR)
         self.settings = settings
-        self.engine = open_engine(settings)
         try:
+            self.engine = open_engine(settings)
             self.client = open_client(self.engine, settings.database)
             make_tables(self.engine)
         except AWAY as error:
