@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import sys
-from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import h5py
@@ -15,7 +14,6 @@ from app.cli import main
 from app.run_reader import RunReader
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 PROTOCOL = """schema: knitlab/protocol@1
@@ -37,14 +35,6 @@ steps:
   - zero: {channels: [force, displacement]}
   - ramp: {axes: [W], to: {strain: "${top}"}, rate: 2 mm/s}
 """
-
-
-@pytest.fixture(autouse=True)
-def no_pictures() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.carry_out.stress_strain_plot", lambda *_: None)
-        patch.setattr("app.carry_out.knit_frames", lambda *_: SimpleNamespace(note=""))
-        yield
 
 
 def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> tuple[str, str]:

@@ -60,14 +60,16 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_run_without_room_says_what_is_kept_and_goes_on(whole: Path) -> None:
-    # Without room for the samples, which come last.
     folder, room = whole.with_name("Full"), (whole / "run.h5").stat().st_size - 200_000
     code, said = knitlab("run", whole.parent / "short.yaml", "--out", folder, "-q", limit=room)
-    rows = len(RunReader(whole / "run.h5").trace)
+    rows = len(RunReader(folder / "run.h5").trace)
+    assert rows > 0
     kept = f"{rows} rows kept; when that is mended go on with: knitlab resume {folder}"
     assert (code, said) == (7, f"{folder}: file too large; {kept}\n")
     assert RunReader(folder / "run.h5").going_on
-    assert knitlab("resume", folder, "-q") == (0, "")
+    code, said = knitlab("resume", folder, "-q")
+    # The disk may have been full before the first checkpoint.
+    assert (code, said) in {(0, ""), (0, f"{folder}: no checkpoint to go on from: starts from the beginning\n")}
     assert (folder / "Short.csv").read_bytes() == (whole / "Short.csv").read_bytes()
     assert {one.name for one in folder.iterdir()} == {one.name for one in whole.iterdir()}
 

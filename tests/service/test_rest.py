@@ -287,12 +287,24 @@ def test_the_documentation_has_examples_that_run(http: httpx.Client) -> None:
     assert "Protocol" in document["components"]["schemas"]
 
 
-def test_no_trace_leaves_when_the_service_fails(tmp_path: Path, job: Job) -> None:
+def test_no_trace_leaves_when_the_database_fails(tmp_path: Path, job: Job) -> None:
     with Store(settings(tmp_path, {})) as broken:
         with broken.engine.begin() as connection:
             connection.execute(sa.text("DROP TABLE knitlab_jobs"))
         with served(create_app(Context(store=broken)), quiet=True) as at:
             answer = httpx.get(f"{at}/v1/jobs/{job.id}")
+    assert answer.status_code == 503
+    assert "knitlab_jobs" not in answer.text
+
+
+def test_no_trace_leaves_when_the_service_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("knitlab_jobs")
+
+    with Store(settings(tmp_path, {})) as broken:
+        monkeypatch.setattr(Store, "get", fail)
+        with served(create_app(Context(store=broken)), quiet=True) as at:
+            answer = httpx.get(f"{at}/v1/jobs/{'0' * 16}")
     assert answer.status_code == 500
     assert answer.json()["detail"] == "the service failed; its log says how"
     assert "knitlab_jobs" not in answer.text

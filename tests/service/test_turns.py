@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import anyio
 import httpx
@@ -18,10 +18,18 @@ from app.service.api.turns import Turns
 from tests.service.serving import problem, served
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
     from app.service.store import Store
 
 YAML = {"Content-Type": "application/yaml"}
 CHECK, LOOK = "/v1/protocols:validate", "/v1/specimens:preview"
+
+
+def run(script: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    """Run a script on a loop of its own thread: the tests of the console leave one in this thread."""
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(anyio.run, script).result()
 
 
 def test_the_cheapest_goes_first_and_one_at_a_time() -> None:
@@ -42,7 +50,7 @@ def test_the_cheapest_goes_first_and_one_at_a_time() -> None:
                 group.start_soon(work, turns, cost)
                 await anyio.lowlevel.checkpoint()
 
-    anyio.run(all_of_them)
+    run(all_of_them)
     assert order == [5.0, 1.0, 2.0, 3.0, 3.0, 4.0]
 
 
@@ -57,7 +65,7 @@ def test_who_waits_too_long_is_refused_and_the_turn_goes_on() -> None:
         async with turns.turn():
             pass
 
-    anyio.run(script)
+    run(script)
 
 
 @pytest.mark.parametrize("passed_on", [False, True])
@@ -81,7 +89,7 @@ def test_who_leaves_while_waiting_keeps_no_turn(passed_on: bool) -> None:  # noq
             async with turns.turn():
                 pass
 
-    anyio.run(script)
+    run(script)
 
 
 def test_a_full_line_refuses() -> None:
