@@ -14,6 +14,7 @@ from app.checkpoint import CHECKPOINT, Keeper, Origin
 from app.export import export_logs
 from app.figures import run_figures, with_wall_time
 from app.file_names import file_stem
+from app.interrupts import interrupts_held
 from app.journal import TESTED, Journal
 from app.provenance import provenance
 from app.run_layout import make_record
@@ -34,6 +35,7 @@ from rigs.shape import wire_ends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from app.checkpoint import Saved
@@ -171,8 +173,8 @@ def from_start(task: Task, rig: Rig, state: State) -> RunResult:
     )
     # A checkpoint of before is none of the new record.
     task.checkpoint.unlink(missing_ok=True)
-    with RunWriter(task.record) as writer:
-        journal = _journal(task, rig, writer)
+    with interrupts_held() as window, RunWriter(task.record) as writer:
+        journal = _journal(task, rig, writer, window)
         result = _finish(task, rig, journal, perform(rig, state, protocol))
     return _published(task, result, journal.done)
 
@@ -191,8 +193,8 @@ def go_on(task: Task, saved: Saved) -> RunResult:
     laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
     rig = put_back(laid, checkpoint)
     task = replace(task, began=task.began - saved.seconds)
-    with RunWriter(task.record, saved.lengths) as writer:
-        journal = _journal(task, rig, writer)
+    with interrupts_held() as window, RunWriter(task.record, saved.lengths) as writer:
+        journal = _journal(task, rig, writer, window)
         journal.zeroings.extend(saved.zeroings)
         result = _finish(task, rig, journal, perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor))
     return _published(task, result, journal.done)
@@ -214,7 +216,7 @@ def as_ended(
     return _result(outcome, folder, figures, record)
 
 
-def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
+def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
     return Journal(
         writer=writer,
         keeper=Keeper(path=task.checkpoint, origin=task.origin, began=task.began),
@@ -222,6 +224,7 @@ def _journal(task: Task, rig: Rig, writer: RunWriter) -> Journal:
         planned=planned_duration(task.loaded.protocol, rig.gauges),
         progress=task.progress,
         watch=task.watch,
+        window=window,
     )
 
 

@@ -152,7 +152,8 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
     """
     if not len(run.trace):
         raise SpecificationError("run.equilibria", 0, "at least one row to plot")
-    protocol, zeroings = protocol_of(run), zeroings_of(run)
+    protocol = protocol_of(run)
+    zeroings = zeroings_of(run, protocol)
     trace = parted(run.trace)
     curves = []
     for axis in trace.axes:

@@ -103,19 +103,20 @@ def protocol_of(run: RunReader) -> Protocol:
     return loads(run.protocol, str(run.path), materials=run.materials).protocol
 
 
-def zeroings_of(run: RunReader) -> list[Zeroing]:
+def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
     """Return when channels were set to zero in a run."""
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
-        for leaf in leaves(protocol_of(run).steps)
+        for leaf in leaves(protocol.steps)
         if isinstance(leaf.step, Zero) and leaf.number in begun
     ]
 
 
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run that is over, or was cut off; its wall time is not known."""
-    return run_figures(run.trace, run.size, zeroings_of(run), float("nan"), protocol=protocol_of(run))
+    protocol = protocol_of(run)
+    return run_figures(run.trace, run.size, zeroings_of(run, protocol), float("nan"), protocol=protocol)
 
 
 def _mechanics(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -12,6 +13,7 @@ from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
 
     from app.checkpoint import Keeper
     from app.runs import RunWriter
@@ -44,6 +46,8 @@ class Journal:
         Those so far.
     done : float
         Share of the run that is done [1].
+    window : callable
+        Returns a context in which an interrupt is raised: that of the solver's work, not of writing.
     """
 
     writer: RunWriter
@@ -54,11 +58,14 @@ class Journal:
     watch: Callable[[int, Equilibrium, Mapping[Axis, float]], None] | None = None
     zeroings: list[Zeroing] = field(default_factory=list)
     done: float = 0.0
+    window: Callable[[], AbstractContextManager[None]] = nullcontext
 
     def record(self, events: Iterator[Event]) -> Outcome:
         """Write down every event; an interrupt ends the test and keeps them."""
         try:
-            for event in events:
+            while True:
+                with self.window():
+                    event = next(events, None)
                 match event:
                     case Equilibrium():
                         self.writer.append(event)
@@ -73,9 +80,10 @@ class Journal:
                         self.zeroings.append(event)
                     case Outcome():
                         return event
+                    case None:
+                        raise RuntimeError("a test must end with an outcome")
         except KeyboardInterrupt:
             return Outcome(end="abort", message=f"interrupted; {self.writer.rows} equilibria kept")
-        raise RuntimeError("a test must end with an outcome")
 
     def _show(self, row: Equilibrium) -> None:
         """Show how far the test is."""

@@ -29,7 +29,7 @@ def samples_of(run: RunReader) -> Mapping[str, Table]:
     if not run.going_on or not len(run.trace) or (run.logs and all(_whole(log, run) for log in run.logs.values())):
         return run.logs
     loaded = loads(run.protocol, str(run.path), materials=run.materials)
-    log, zeroings = loaded.protocol.log, zeroings_of(run)
+    log, zeroings = loaded.protocol.log, zeroings_of(run, loaded.protocol)
     stretches = stretches_of(run.trace, loaded.protocol)
     return {
         instrument.name: measure(

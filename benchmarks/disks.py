@@ -46,7 +46,7 @@ steps:
   - zero: {channels: [force, displacement]}
   - cycle: {axes: [C, W], lower: 0, upper: 0.06, rate: 0.2 mm/s, n: 1, tag: equibiaxial}
 """
-MIBIBYTE: Final = 2**20
+MEBIBYTE: Final = 2**20
 PATIENCE: Final = 1200
 """Longest time of a trial [s]."""
 
@@ -92,18 +92,14 @@ def knitlab(*words: object, pictures: bool = False, prepare: Callable[[], None] 
 
 def _run(words: list[str], *, pictures: bool, prepare: Callable[[], None] | None) -> None:
     """Be the command; never return."""
-    from types import SimpleNamespace
-
-    from app import carry_out, cli
+    from app import cli
 
     code: object = 1
     try:
-        if not pictures:
-            carry_out.stress_strain_plot = lambda *_: None  # type: ignore[attr-defined]
-            carry_out.knit_frames = lambda *_: SimpleNamespace(note="")  # type: ignore[attr-defined]
         if prepare is not None:
             prepare()
-        sys.argv = ["knitlab", *words]
+        plain = words[0] in {"run", "resume"} and not pictures
+        sys.argv = ["knitlab", *words, *(["--no-pictures"] if plain else [])]
         cli.main()
         code = 0
     except SystemExit as left:
@@ -321,14 +317,12 @@ def full(sizes: Sequence[float], seed: int) -> None:
                 kept = _rows(disk / "Run")
                 room = ["mount", "-o", "remount,size=64m", str(disk)]
                 subprocess.run(room, check=True)
-                again = "run" if kept is None else "resume"
-                words = ("resume", disk / "Run", "-q") if kept is not None else None
-                later = ended if words is None or ended.code == 0 else knitlab(*words, pictures=True)
-                same = kept is None or (disk / "Run" / "Disk.csv").read_bytes() == truth
-                verdict = ended.verdict + (
-                    "" if ended.code == 0 else f", then {again}: {later.verdict if words else 'anew'}"
-                )
-                if not same:
+                verdict = ended.verdict
+                if kept is None:
+                    verdict += ", nothing recorded"
+                elif ended.code != 0:
+                    verdict += f", then resume: {knitlab('resume', disk / 'Run', '-q', pictures=True).verdict}"
+                if kept is not None and (disk / "Run" / "Disk.csv").read_bytes() != truth:
                     verdict += ", data lost"
                 sys.stdout.write(f"{size:6.2f} MiB: {kept} rows; {ended.err.strip()}\n")
                 table.setdefault("run on a full disk", Counter())[verdict] += 1

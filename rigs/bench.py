@@ -78,9 +78,9 @@ class Bench:
     torn: str | None = None
 
     def __post_init__(self) -> None:
-        last, nought = self.cursor.last, dict.fromkeys(self.rig.grips, 0.0)
-        self.displacement = nought if last is None else last.displacement
-        self.crosshead = nought if last is None else last.crosshead
+        last, still = self.cursor.last, dict.fromkeys(self.rig.grips, 0.0)
+        self.displacement = still if last is None else last.displacement
+        self.crosshead = still if last is None else last.crosshead
         self.time = 0.0 if last is None else last.time
 
     @property
@@ -118,7 +118,7 @@ class Bench:
             yield leg
 
     def note(self, **variables: float) -> None:
-        """Keep what the controller of the stroke needs to go on after the next row; all of it anew."""
+        """Keep what the controller of the stroke needs to go on after the next row; all of it is made again."""
         self.cursor = replace(self.cursor, variables=variables)
 
     def checkpoint(self) -> Checkpoint | None:

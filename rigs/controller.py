@@ -108,8 +108,8 @@ class Controller:
 
     def begin(self, course: Course) -> Memory:
         """Return the memory of a test that begins."""
-        nought = dict.fromkeys(self.cells, 0.0)
-        return Memory(course=course, tare=nought, shown=nought, first=nought, peak=nought)
+        zeros = dict.fromkeys(self.cells, 0.0)
+        return Memory(course=course, tare=zeros, shown=zeros, first=zeros, peak=zeros)
 
     def errors(self, memory: Memory, time: float) -> dict[Axis, float]:
         """Return what noise adds to the next reading, taken at a time [s], of each load cell [N]."""

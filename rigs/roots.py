@@ -25,7 +25,7 @@ Function: TypeAlias = "Callable[[FloatArray], FloatArray | None]"
 MOST_TRIALS: Final = 60
 MOST_RETREATS: Final = 8
 STALLED: Final = 1.0 / 16.0
-"""Where secants overshoot even with this share of a step, derivatives are measured anew."""
+"""Where secants overshoot even with this share of a step, derivatives are measured again."""
 
 NARROW: Final = 1e-9
 """A bracket this share of the box wide holds a jump, not a root."""

@@ -7,7 +7,7 @@ found, from the last accepted equilibrium on, where
     u + C F(u) (+ gap) = d      for a crosshead at d,
     F(u) = f                    for a force f, which may be zero.
 
-Every trial goes from that equilibrium anew, so that friction remembers one way alone. A force is met to
+Every trial begins at that equilibrium, so that friction remembers one way alone. A force is met to
 `FORCE_TOLERANCE` of itself, a place to `PLACE_TOLERANCE` of what the machine gives. Where no travel does, a force is
 also met within the dead band of its controller and what the solver leaves unbalanced.
 """
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from rigs.way import Step
 
 FORCE_TOLERANCE: Final = 5e-4
-"""A force is met within this share of itself; a force of nought within as much of the largest on the rig."""
+"""A force is met within this share of itself; a force of zero within as much of the largest on the rig."""
 
 PLACE_TOLERANCE: Final = 1e-3
 """A crosshead is met within this share of what the machine gives way ..."""

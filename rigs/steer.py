@@ -150,7 +150,7 @@ def _approach(helm: Helm, share: float) -> tuple[Settled, float]:
         return found, share
     low, high, under = helm.share, share, _before(helm)
     for _ in range(MOST_REFINEMENTS):
-        # Regula falsi, kept from either end: the force is nought while the knit is slack.
+        # Regula falsi, kept from either end: the force is zero while the knit is slack.
         share = low + (high - low) * min(max(under / (under - over), 0.1), 0.9)
         found = _with_cost(helm.settle(share), found)
         value = helm.excess(found, share)

@@ -5,7 +5,7 @@
     work = Workspace(model)
     *_, (_, state, _) = knit_in(work, state)
 
-and the test begins from this state: what is stored in it is stored from the start, its works are nought.
+and the test begins from this state: what is stored in it is stored from the start, its works are zero.
 
 Friction acts meanwhile. It is what holds such a knit together: without it the yarn slides through its loops until
 they let go of each other. Where loops snap, the yarn moves as through a viscous fluid that thins out, so that they

@@ -62,7 +62,7 @@ class Workspace:
     poles : Poles or None
         Hooks on poles that rub, and wires; None without either.
     drag : float
-        Resistance of every node to its motion since the step began [E r], as by a viscous fluid; nought but in snaps.
+        Resistance of every node to its motion since the step began [E r], as by a viscous fluid; zero but in snaps.
     """
 
     pattern: Pattern

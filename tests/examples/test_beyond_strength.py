@@ -37,6 +37,11 @@ steps:
 """
 
 
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.drawing.draw_pictures", lambda *_: "")
+
+
 def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> tuple[str, str]:
     monkeypatch.setattr(sys, "argv", ["knitlab", *map(str, words)])
     with pytest.raises(SystemExit) as raised:
@@ -55,7 +60,7 @@ def test_passing_the_strength_is_said_before_and_after(
     assert "WARNING: material: strength of 55 MPa would be passed" in err
     assert "WARNING: material: elongation at break of 4 % would be passed" in err
 
-    out, _ = said(capsys, monkeypatch, "run", path, "--out", tmp_path / "run", "--quiet", "--json")
+    out, _ = said(capsys, monkeypatch, "run", path, "--out", tmp_path / "run", "--quiet", "--json", "--no-pictures")
     found = json.loads(out)
     assert found["outcome"] == "target"
     (crossing,) = found["crossings"]

@@ -199,7 +199,12 @@ def test_travel_has_its_limit_too(happen: Callable[..., Happened]) -> None:
     assert ran.outcome.message.startswith("XDisplacement passed its limit of 0.001 m")
 
 
-def test_a_test_that_diverges_keeps_its_rows_and_names_the_place(happen: Callable[..., Happened]) -> None:
+def test_a_test_that_diverges_keeps_its_rows_and_names_the_place(
+    happen: Callable[..., Happened], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Rescues are tried elsewhere.
+    monkeypatch.setattr("knitlab_core.equilibrium.continuation.MOST_ITERATIONS", 0)
+    monkeypatch.setattr("knitlab_core.equilibrium.march.MOST_MOVES", 2)
     ran = happen(both(0.05), both(0.4), options=HASTY)
     assert ran.outcome.end == "diverged"
     assert len(ran.rows) > 3

@@ -30,16 +30,16 @@ def cyclic(per_stroke: int = 400) -> tuple[list[Phase], FloatArray]:
 
 def logged(phases: list[Phase], travel: FloatArray) -> Samples:
     count, made = len(phases), frame()
-    nought = np.zeros(count)
+    zeros = np.zeros(count)
     return replace(
         made,
         time=0.1 * np.arange(float(count)),
         phase=tuple(phases),
         tag=(None,) * count,
         cycle=np.ones(count, dtype=np.int64),
-        clean={"Displacement": travel, "Force": nought},
-        measured={"Displacement": travel, "Force": nought},
-        offset={"Displacement": nought, "Force": nought},
+        clean={"Displacement": travel, "Force": zeros},
+        measured={"Displacement": travel, "Force": zeros},
+        offset={"Displacement": zeros, "Force": zeros},
     )
 
 

@@ -111,10 +111,10 @@ def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.
 
 
 def _killed_one(lab: Lab, jobs: list[Job], hit: set[str]) -> bool:
-    """Kill the process of a job, of each once: a job whose process dies three times has failed, and rightly."""
+    """Kill a process that has begun on a job, of each job once: a job whose process dies three times has failed."""
     running = {job.id for job in lab.store.list(100, state="running").jobs} - hit
     for job in jobs:
-        if job.id in running and (process := lab.process(job)) is not None:
+        if job.id in running and begun(lab.files(job)) and (process := lab.process(job)) is not None:
             with suppress(psutil.NoSuchProcess):
                 process.kill()
                 hit.add(job.id)

@@ -40,8 +40,9 @@ LIMITED = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, 
 def knitlab(*words: object, limit: int | None = None) -> tuple[int, str]:
     """Run a command without pictures, with files of at most so many bytes; return its exit code and what it said."""
     text = ("" if limit is None else LIMITED.format(limit=limit)) + CHILD
+    plain = ["--no-pictures"] if words[0] in {"run", "resume"} else []
     done = subprocess.run(  # noqa: S603
-        [sys.executable, "-P", "-c", text, *map(str, words)],
+        [sys.executable, "-P", "-c", text, *map(str, words), *plain],
         capture_output=True,
         text=True,
         check=False,

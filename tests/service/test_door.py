@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 TOKEN = "s3cret"  # noqa: S105 (of these tests alone)
 HALF = b"GET /v1/jobs HTTP/1.1\r\nHost: x\r\n"
-PATIENCE = 60.0
+PATIENCE = 240.0
 
 
 @pytest.fixture(scope="module")

@@ -186,10 +186,10 @@ def test_a_march_taken_up_between_them_goes_on_to_the_same_rows() -> None:
         kept.append((Pace(at=pace.at, step=pace.step), found, work.carried))
         whole.append((at, found.q.tobytes()))
     for number, (stands, found, carried) in enumerate(kept[:-1]):
-        anew = Workspace(model)
+        fresh = Workspace(model)
         assert carried is not None
-        anew.go_on(carried)
-        rest = march(anew, found, path, longest=0.125, pace=stands)
+        fresh.go_on(carried)
+        rest = march(fresh, found, path, longest=0.125, pace=stands)
         assert [(at, one.q.tobytes()) for at, one, _ in rest] == whole[number + 1 :]
 
 
