@@ -40,6 +40,8 @@ class Tally:
     ----------
     submitted, finished, succeeded, lost : int
         `lost` were accepted and never ended.
+    interrupted : int
+        Jobs whose process was killed after it had begun and before its test had ended.
     twice : int
         Jobs whose test came to its end more than once.
     redone : int
@@ -54,6 +56,7 @@ class Tally:
     finished: int
     succeeded: int
     lost: int
+    interrupted: int
     twice: int
     redone: int
     different: int
@@ -67,8 +70,8 @@ def endure(lab: Lab, storm: Storm, slots: int = 2) -> Tally:
     """
     chance = random.Random(storm.seed)  # noqa: S311 (nothing secret)
     began = time.monotonic()
-    jobs = [lab.store.submit(cycles(3)) for _ in range(storm.jobs // 2)]
-    jobs += lab.store.submit_all([cycles(3)] * (storm.jobs - len(jobs)))
+    jobs = [lab.store.submit(cycles(15)) for _ in range(storm.jobs // 2)]
+    jobs += lab.store.submit_all([cycles(15)] * (storm.jobs - len(jobs)))
     for _ in range(storm.workers):
         lab.start(slots)
     blows = (
@@ -86,7 +89,7 @@ def endure(lab: Lab, storm: Storm, slots: int = 2) -> Tally:
             time.sleep(0.05)
         _strike(lab, blow, jobs, hit, chance, slots)
     until(lab.finished, patience=1800.0, every=0.2)
-    return _count(lab, jobs, time.monotonic() - began)
+    return _count(lab, jobs, hit, time.monotonic() - began)
 
 
 def _ended(lab: Lab) -> int:
@@ -97,7 +100,7 @@ def _ended(lab: Lab) -> int:
 def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.Random, slots: int) -> None:
     """Do one harm."""
     if blow == "child":
-        until(lambda: _killed_one(lab, jobs, hit) or lab.finished())
+        until(lambda: _killed_one(lab, jobs, hit) or lab.finished(), every=0.005)
         return
     worker = chance.choice([one for one in lab.workers if one.poll() is None])
     if blow == "freeze":
@@ -111,18 +114,25 @@ def _strike(lab: Lab, blow: str, jobs: list[Job], hit: set[str], chance: random.
 
 
 def _killed_one(lab: Lab, jobs: list[Job], hit: set[str]) -> bool:
-    """Kill a process that has begun on a job, of each job once: a job whose process dies three times has failed."""
+    """Kill a process in the middle of a job, of each job once: a job whose process dies three times has failed.
+
+    The process is suspended before the log is read: a test of a fraction of a second could end in between.
+    """
     running = {job.id for job in lab.store.list(100, state="running").jobs} - hit
     for job in jobs:
-        if job.id in running and begun(lab.files(job)) and (process := lab.process(job)) is not None:
-            with suppress(psutil.NoSuchProcess):
+        if job.id not in running or (process := lab.process(job)) is None:
+            continue
+        with suppress(psutil.NoSuchProcess):
+            process.suspend()
+            if begun(lab.files(job)) and not ended(lab.files(job)):
                 process.kill()
                 hit.add(job.id)
                 return True
+            process.resume()
     return False
 
 
-def _count(lab: Lab, jobs: list[Job], seconds: float) -> Tally:
+def _count(lab: Lab, jobs: list[Job], hit: set[str], seconds: float) -> Tally:
     counts, files = lab.store.counts(), [lab.files(job) for job in jobs]
     finished = sum(counts[state] for state in ("succeeded", "failed", "cancelled"))
     logs = [hashlib.sha256(b"".join(path.read_bytes() for path in one.run.glob("*.csv"))).digest() for one in files]
@@ -131,6 +141,7 @@ def _count(lab: Lab, jobs: list[Job], seconds: float) -> Tally:
         finished=finished,
         succeeded=counts["succeeded"],
         lost=len(jobs) - finished,
+        interrupted=len(hit),
         twice=sum(ended(one) > 1 for one in files),
         redone=sum(begun(one) > 1 for one in files),
         different=sum(log != max(set(logs), key=logs.count) for log in logs),

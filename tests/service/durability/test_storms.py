@@ -116,7 +116,7 @@ def test_a_storm_loses_no_job_and_ends_none_twice(lab: Lab, jobs: int) -> None:
     tally = endure(lab, storm)
     assert (tally.submitted, tally.finished, tally.succeeded) == (jobs, jobs, jobs)
     assert (tally.lost, tally.twice, tally.different) == (0, 0, 0)
-    assert tally.redone >= storm.children_killed // 2
+    assert tally.redone >= tally.interrupted >= max(storm.children_killed // 2, 1)
 
 
 @long
