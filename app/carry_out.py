@@ -210,7 +210,14 @@ def as_ended(
         if sealed_size(record.path) is None:  # the disk was full
             seal(record.path)
         protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
-        figures = run_figures(record.trace, record.size, saved.zeroings, saved.seconds, protocol=protocol)
+        figures = run_figures(
+            record.trace,
+            record.size,
+            saved.zeroings,
+            saved.seconds,
+            protocol=protocol,
+            unfinished=record.outcome.unfinished,
+        )
         _publish(folder, saved.origin.name, progress, draw=draw)
         (folder / CHECKPOINT).unlink()
     return _result(outcome, folder, figures, record)
@@ -246,7 +253,9 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
             ):
                 journal.writer.write_samples(samples)
         wall_time = perf_counter() - task.began
-        figures = run_figures(trace, rig.size, journal.zeroings, wall_time, protocol=protocol)
+        figures = run_figures(
+            trace, rig.size, journal.zeroings, wall_time, protocol=protocol, unfinished=outcome.unfinished
+        )
     journal.writer.finish(outcome)
     return _result(outcome, task.folder, figures, record)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from app.schemas import loads
+from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.analysis import cycle_figures, stress_strain
 from rigs.instruments import Zeroing
 from rigs.jumps import parted
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 Figure: TypeAlias = tuple[str, float, str]
 
 WALL_TIME: Final = "wall time"
+NOTHING: Final = Cost()
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
 LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
 
@@ -40,6 +42,7 @@ def run_figures(
     wall_seconds: float,
     *,
     protocol: Protocol | None = None,
+    unfinished: Cost = NOTHING,
 ) -> tuple[Figure, ...]:
     """Return the figures of a run: stresses and loops of every cycle, then what it cost and how well it closed.
 
@@ -58,6 +61,8 @@ def run_figures(
         Time from the start of the run to the end of its test [s].
     protocol : Protocol, optional
         The test.
+    unfinished : Cost, optional
+        What was spent on searches after the last row.
 
     Returns
     -------
@@ -69,7 +74,7 @@ def run_figures(
     limits = limits_of(protocol.specimen) if protocol is not None else ()
     found = [
         *_mechanics(parted(trace), size, zeroings, protocol),
-        *_effort(trace, wall_seconds),
+        *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
     ]
@@ -116,7 +121,14 @@ def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run that is over, or was cut off; its wall time is not known."""
     protocol = protocol_of(run)
-    return run_figures(run.trace, run.size, zeroings_of(run, protocol), float("nan"), protocol=protocol)
+    return run_figures(
+        run.trace,
+        run.size,
+        zeroings_of(run, protocol),
+        float("nan"),
+        protocol=protocol,
+        unfinished=run.outcome.unfinished,
+    )
 
 
 def _mechanics(
@@ -157,15 +169,17 @@ def _of_cycles(axis: Axis, cycles: Sequence[CycleFigures], name: str) -> Iterato
         yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
 
 
-def _effort(trace: Trace, wall_seconds: float) -> Iterator[Figure]:
+def _effort(trace: Trace, unfinished: Cost, wall_seconds: float) -> Iterator[Figure]:
     columns = trace.columns
     iterations = columns["iterations"].sum()
     solved = np.count_nonzero(columns["factorisations"])
     yield "equilibria", float(len(trace)), "1"
-    yield "Newton iterations", float(iterations), "1"
+    yield "Newton iterations", float(iterations + unfinished.iterations), "1"
+    if unfinished.iterations:
+        yield "of these after the last equilibrium", float(unfinished.iterations), "1"
     yield "iterations per equilibrium", float(iterations / solved) if solved else float("nan"), "1"
-    yield "factorisations", float(columns["factorisations"].sum()), "1"
-    yield "solver time", float(columns["seconds"].sum()), "s"
+    yield "factorisations", float(columns["factorisations"].sum() + unfinished.factorisations), "1"
+    yield "solver time", float(columns["seconds"].sum() + unfinished.seconds), "s"
     yield WALL_TIME, wall_seconds, "s"
 
 

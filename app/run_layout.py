@@ -45,6 +45,7 @@ TAG = h5py.string_dtype("utf-8", length=TAG_BYTES)
 END = h5py.string_dtype("utf-8", length=16)
 PLACE = h5py.string_dtype("utf-8", length=256)
 MESSAGE = h5py.string_dtype("utf-8", length=1024)
+UNFINISHED = ("iterations", "factorisations", "seconds")
 _WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_whole", "bonds_broken", "step"})
 #: Attributes that count what has been written.
 _COUNTS = ("NSteps",)
@@ -120,6 +121,8 @@ def make_record(
         outcome = file.create_group("outcome")
         outcome.attrs.create("end", RUNNING, dtype=END)
         outcome.attrs.create("message", "", dtype=MESSAGE)
+        for name in UNFINISHED:
+            outcome.attrs.create(name, 0.0)
     return path
 
 

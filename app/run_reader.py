@@ -12,9 +12,10 @@ import numpy as np
 
 from app.h5_read import reading
 from app.row_checksum import CHECKSUM, good_rows
-from app.run_layout import LAYOUT, NOT_PASSED, PLATES, RUNNING
+from app.run_layout import LAYOUT, NOT_PASSED, PLATES, RUNNING, UNFINISHED
 from app.stored_log import read_logs
 from app.vtkhdf import read_frames
+from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
 from rigs.jumps import jump_times
 from rigs.limits import LimitCrossing, MaterialLimit
@@ -215,6 +216,9 @@ def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:
     end = group.attrs["end"].decode()
     if end in ENDS:
-        return Outcome(end=end, message=group.attrs["message"].decode())
+        # Records of before 2026-12 do not say what came to no row.
+        iterations, factorisations, seconds = (float(group.attrs.get(name, 0.0)) for name in UNFINISHED)
+        unfinished = Cost(round(iterations), round(factorisations), seconds)
+        return Outcome(end=end, message=group.attrs["message"].decode(), unfinished=unfinished)
     message = "the run is going on, or was killed" if end == RUNNING else f"unknown end {end!r}"
     return Outcome(end="abort", message=f"{message}; {rows} rows")

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from app.row_checksum import CHECKSUM, checked, row_checksum
-from app.run_layout import END, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, cut, lengths
+from app.run_layout import END, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, UNFINISHED, cut, lengths
 from app.seal import seal, sealed_size
 from app.staged_file import StagedFile
 from app.vtkhdf import NO_IMAGE, append_frame
@@ -175,6 +175,9 @@ class RunWriter:
 
     def finish(self, outcome: Outcome) -> None:
         """Say how the run ended."""
+        attributes = self._file["outcome"].attrs
+        for name in UNFINISHED:
+            attributes.modify(name, float(getattr(outcome.unfinished, name)))
         self._say(outcome.end, outcome.message)
 
     def _say(self, end: str, message: str) -> None:

@@ -25,14 +25,13 @@ def main(size: int) -> None:
     specimen = build_specimen(loaded)
     rig, state = mount(specimen, loaded.protocol, machines_of(loaded.protocol))
     built = perf_counter() - began
-    rows, outcome = [], None
+    rows, outcome, before = [], None, {}
     for event in perform(rig, state, loaded.protocol):
         if isinstance(event, Equilibrium):
             rows.append(event)
             if len(rows) == 1:
                 # The first row compiles what is not yet compiled on this machine.
-                began = perf_counter()
-                rig.work.clock.seconds.clear()
+                began, before = perf_counter(), dict(rig.work.clock.seconds)
         if isinstance(event, Outcome):
             outcome = event
     wall = perf_counter() - began
@@ -44,10 +43,10 @@ def main(size: int) -> None:
     print(f"  {len(specimen.nodes)} nodes, built in {built:.1f} s, {peak_memory():.0f} MB at most, peak {peak:.4g} N")
     print(f"  {wall:.1f} s, {solved} equilibria, {n} iterations ({n / solved:.1f} each)")
     print(f"  {made} factorisations; failed searches are in all counts")
-    for part in PARTS:
-        seconds = rig.work.clock.seconds.get(part, 0.0)
+    spent = {part: rig.work.clock.seconds.get(part, 0.0) - before.get(part, 0.0) for part in PARTS}
+    for part, seconds in spent.items():
         print(f"  {part:12s} {seconds:7.1f} s {seconds / wall:6.1%}")
-    rest = wall - sum(rig.work.clock.seconds.get(part, 0.0) for part in PARTS)
+    rest = wall - sum(spent.values())
     print(f"  {'outside':12s} {rest:7.1f} s {rest / wall:6.1%}")
 
 

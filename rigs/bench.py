@@ -61,6 +61,8 @@ class Bench:
         Where the fixtures, and the crossheads, of the axes stand [m]: at first, where the specimen was mounted.
     time : float
         Time on the rig's clock [s].
+    counted : Cost
+        What the solver spent on the rows that were accepted.
     torn : str or None
         What to say of the fibre that ended the test by breaking.
     """
@@ -75,6 +77,7 @@ class Bench:
     displacement: Displacement = field(init=False)
     crosshead: Displacement = field(init=False)
     time: float = field(init=False)
+    counted: Cost = field(default_factory=Cost)
     torn: str | None = None
 
     def __post_init__(self) -> None:
@@ -82,6 +85,8 @@ class Bench:
         self.displacement = still if last is None else last.displacement
         self.crosshead = still if last is None else last.crosshead
         self.time = 0.0 if last is None else last.time
+        if last is not None:
+            self.counted = self.rig.work.clock.cost
 
     @property
     def last(self) -> Equilibrium | None:
@@ -141,11 +146,11 @@ class Bench:
         return follow(self.rig, self.state, way, START if self.cursor.place is None else self.cursor.place)
 
     def reach(self, goal: Displacement, *, duration: float = 0.0, increment: float | None = None) -> Step:
-        """Return the equilibrium at `goal`, or where the test ends before, and the cost of the way; stay here."""
+        """Return the equilibrium at `goal`, or where the test ends before; stay here."""
         way = self.strain(self.displacement, goal)
         longest = 1.0 if increment is None or way == 0.0 else min(1.0, increment / way)
         steps = list(follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration), START))
-        return replace(steps[-1], cost=sum((step.cost for step in steps), Cost()), peaks=peaks_of(steps))
+        return replace(steps[-1], peaks=peaks_of(steps))
 
     def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> Way:
         return Way(start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on)
@@ -158,7 +163,8 @@ class Bench:
         unit = self.rig.work.model.scales.energy
         reading = read(self.rig, step.state)
         stretch, bend, twist, contact = (unit * float(part) for part in step.state.energies)
-        whole = int(step.state.bonds.whole.sum())
+        whole, cost = int(step.state.bonds.whole.sum()), self.uncounted()
+        self.counted += cost
         row = Equilibrium(
             time=self.time,
             displacement=step.displacement,
@@ -181,9 +187,9 @@ class Bench:
             fibre_strain=most_strained(self.rig, step.state).strain,
             residual=step.report.residual,
             contacts=step.report.contacts,
-            iterations=step.cost.iterations,
-            factorisations=step.cost.factorisations,
-            seconds=step.cost.seconds,
+            iterations=cost.iterations,
+            factorisations=cost.factorisations,
+            seconds=cost.seconds,
             cycle=stroke.cycle,
             phase=stroke.phase,
             tag=stroke.tag,
@@ -192,6 +198,10 @@ class Bench:
         memory = self.controller.read(self.memory, row, len(self.rig.severed) + row.bonds_broken)
         self.cursor = replace(self.cursor, last=row, place=step.place, memory=memory)
         return row
+
+    def uncounted(self) -> Cost:
+        """Return what the solver spent since the last row, all trials included."""
+        return self.rig.work.clock.cost - self.counted
 
     def stand(self, stroke: Stroke) -> Equilibrium:
         """Return the row of a specimen that stood still."""

@@ -81,7 +81,7 @@ def perform(
         outcome = Outcome(end="diverged", message=_account(bench, error))
     if outcome.end != "target":
         yield bench.frame()
-    yield outcome
+    yield replace(outcome, unfinished=bench.uncounted())
 
 
 def _with_checkpoints(bench: Bench, events: Generator[Event, None, Outcome]) -> Generator[Event, None, Outcome]:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.endings import TOLERANCE
 from rigs.rig import read
 from rigs.roots import MOST_TRIALS
@@ -123,7 +122,7 @@ class Helm:
         """Return the equilibrium at a share, reached no faster than the machine goes; see `Search`."""
         bench, way = self.bench, share - self.share
         start = {axis: at + way * self.trend.get(axis, 0.0) for axis, at in bench.displacement.items()}
-        orders, duration, cost = self.orders(share), self.span(share), Cost()
+        orders, duration = self.orders(share), self.span(share)
         relaxes = bench.rig.work.model.relaxation is not None
         for _ in range(SLOWER):
             search = Search(
@@ -134,7 +133,6 @@ class Helm:
                 reach=reach,
                 unbroken=unbroken,
                 most=most,
-                cost=cost,
             )
             found, needed = search.settle(start, self.slope), 0.0
             if found.met:
@@ -142,7 +140,7 @@ class Helm:
                     abs(at - bench.crosshead[axis]) / bench.rig.trains[axis].fastest
                     for axis, at in found.crosshead.items()
                 )
-            cost, late = search.cost, needed > (1.0 + 1e-6) * duration
+            late = needed > (1.0 + 1e-6) * duration
             duration = needed if late else duration
             if not (late and relaxes):
                 break

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.steps import AXES
 
 if TYPE_CHECKING:
@@ -85,9 +86,9 @@ class Equilibrium:
     residual : float
         Largest free nodal force, friction's loads taken from the equilibrium itself, over the mean fixture force [1].
     contacts, iterations, factorisations : int
-        Touching sample pairs; Newton iterations and factorisations spent on this row.
+        Touching sample pairs; Newton iterations and factorisations since the row before, failed tries included.
     seconds : float
-        Wall time spent on this row [s].
+        Wall time of searches since the row before [s].
     cycle : int
         Counter of the set, from 1.
     phase : Phase
@@ -193,10 +194,13 @@ class Outcome:
         ``target`` when the protocol was carried out to its last step.
     message : str
         One line for the user; empty when there is nothing to add.
+    unfinished : Cost
+        What was spent on searches after the last row, which came to no row.
     """
 
     end: End
     message: str = ""
+    unfinished: Cost = field(default_factory=Cost)
 
 
 def units(axes: Sequence[Axis]) -> dict[str, str]:

@@ -14,13 +14,12 @@ also met within the dead band of its controller and what the solver leaves unbal
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from knitlab_core.equilibrium.newton import Options
-from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import ConvergenceError
 from rigs.rig import read
 from rigs.roots import MOST_TRIALS, find_root
@@ -84,7 +83,7 @@ class Settled:
     Attributes
     ----------
     step : Step
-        It, with the cost of the whole search.
+        It.
     crosshead : Mapping
         Where the crossheads stand [m].
     met : bool
@@ -137,8 +136,6 @@ class Search:
         Whether the search ends at the first trial in which a fibre breaks.
     most : int
         Trials, at most.
-    cost : Cost
-        What was spent on all trials.
     tried, nearest : Trial or None
         The last trial, and the one that missed least.
     failure : ConvergenceError or None
@@ -152,7 +149,6 @@ class Search:
     reach: float = REACH
     unbroken: bool = False
     most: int = MOST_TRIALS
-    cost: Cost = field(default_factory=Cost)
     tried: Trial | None = None
     nearest: Trial | None = None
     failure: ConvergenceError | None = None
@@ -217,14 +213,11 @@ class Search:
         return crosshead(self.bench.rig.trains, self.orders, step.displacement, read(step.rig, step.state).force)
 
     def _settled(self, step: Step, slope: FloatArray, *, met: bool) -> Settled:
-        step = replace(step, cost=self.cost)
         return Settled(step=step, crosshead=self.crosshead(step), met=met, slope=slope, duration=self.duration)
 
     def _go(self, travel: Mapping[Axis, float]) -> Step:
         """Return the equilibrium at some travels."""
-        step = self.bench.reach(travel, duration=self.duration, increment=self.increment)
-        self.cost += step.cost
-        return step
+        return self.bench.reach(travel, duration=self.duration, increment=self.increment)
 
     def _misses(self, step: Step, unknown: Sequence[Axis]) -> tuple[FloatArray, FloatArray]:
         """Return by how much each order is missed (n,), in its tolerance and in the widest."""

@@ -9,7 +9,6 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import ConvergenceError
 from rigs.endings import TOLERANCE, Ending
 from rigs.helm import helm_of
@@ -126,8 +125,7 @@ def _peaks(helm: Helm, settled: Settled, share: float) -> Generator[Equilibrium,
             gone = _share_of(start[far], crosshead[far], settled.crosshead[far], otherwise=peak.share)
         bench.time = max(bench.time, begun + gone * settled.duration)
         # From here nothing can go on: the row after the jump is found from the row before this one.
-        # Its cost counts with the row after it.
-        yield bench.accept(replace(peak, place=None, cost=Cost()), stroke, crosshead)
+        yield bench.accept(replace(peak, place=None), stroke, crosshead)
         over = bench.over()
         if over is not None:
             return over
@@ -152,7 +150,7 @@ def _approach(helm: Helm, share: float) -> tuple[Settled, float]:
     for _ in range(MOST_REFINEMENTS):
         # Regula falsi, kept from either end: the force is zero while the knit is slack.
         share = low + (high - low) * min(max(under / (under - over), 0.1), 0.9)
-        found = _with_cost(helm.settle(share), found)
+        found = helm.settle(share)
         value = helm.excess(found, share)
         if found.met and (abs(value) <= TOLERANCE or (found.step.final and value < 0.0)):
             break
@@ -171,21 +169,19 @@ def _within_reach(helm: Helm, share: float) -> tuple[Settled, float]:
     """
     begin, finest, bench = helm.share, helm.finest(), helm.bench
     controlled, limited = helm.stroke.force, helm.open_ended or helm.share < 0.0
-    spent, failures = Cost(), 0
+    failures = 0
     while True:
         shortest, found = share - begin <= 1.01 * finest, None
         try:
             found = helm.settle(share, FARTHEST if shortest else REACH, unbroken=bool(controlled))
             if shortest and not found.met and controlled and breaks(bench, found.step):
-                taken_over = _with_cost(helm.settle(share, most=FEW), found)
+                taken_over = helm.settle(share, most=FEW)
                 found = taken_over if taken_over.met else found
         except ConvergenceError:
             failures += 1
             if shortest or failures > MOST_FAILURES:
                 raise
         if found is not None:
-            found = replace(found, step=replace(found.step, cost=found.step.cost + spent))
-            spent = found.step.cost
             gone = bench.strains(bench.displacement, found.step.displacement)
             far = any(
                 strain > LONGEST * bench.increment
@@ -209,11 +205,6 @@ def _before(helm: Helm) -> float:
     short = [] if stroke.stop_force is None else [bench.memory.shown[axis] / stroke.stop_force - 1.0 for axis in going]
     value = max([passed, *short])
     return min(value, -TOLERANCE) if value > -inf else -1.0
-
-
-def _with_cost(found: Settled, before: Settled) -> Settled:
-    """Return an equilibrium with the cost of the trial before added to its own."""
-    return replace(found, step=replace(found.step, cost=found.step.cost + before.step.cost))
 
 
 def _short(helm: Helm) -> Ending:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.equilibrium.march import advance, march
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options, Report
     from knitlab_core.equilibrium.rupture import Spot
-    from knitlab_core.equilibrium.stopwatch import Cost
     from rigs.cursor import Displacement
     from rigs.record import FloatArray
     from rigs.rig import Rig
@@ -43,8 +41,6 @@ class Step:
         Where the axes stand [m].
     state, report
         The specimen's state, and how its search went.
-    cost : Cost
-        What the search cost, failed tries included.
     rig : Rig
         The rig there; another one after a fibre broke.
     broken : Spot or None
@@ -61,7 +57,6 @@ class Step:
     displacement: Displacement
     state: State
     report: Report
-    cost: Cost
     rig: Rig
     broken: Spot | None = None
     final: bool = False
@@ -113,10 +108,10 @@ def peaks_of(steps: Sequence[Step]) -> tuple[Step, ...]:
 
 
 def follow(rig: Rig, state: State, way: Way, place: Place = START) -> Iterator[Step]:
-    """Yield the equilibria on a way, or those after a place on it; the caller's own time is not counted.
+    """Yield the equilibria on a way, or those after a place on it.
 
-    Where a fibre breaks, the equilibrium at which it does is one of them, and, if the test goes on, so is the one
-    after it at the same place.
+    Where a fibre breaks, the equilibrium at which it does is one of them, and so is the one after it at the same
+    place, where there is one; a test that does not go on ends with it.
     """
     while place.share < 1.0:
         broken, at = None, place.share
@@ -128,11 +123,13 @@ def follow(rig: Rig, state: State, way: Way, place: Place = START) -> Iterator[S
             yield step
         if broken is None:
             return
-        after = _after(broken, way) if way.go_on else None
+        after = _after(broken, way)
         yield replace(broken, final=after is None)
         if after is None:
             return
         yield after
+        if after.final:
+            return
         rig, state, place = after.rig, after.state, Place(begin=after.share)
 
 
@@ -149,27 +146,16 @@ def _whole(rig: Rig, state: State, way: Way, place: Place) -> Iterator[Step]:
         duration=left * way.duration,
         pace=pace,
     )
-    while True:
-        began, spent = perf_counter(), rig.work.spent
-        found = next(path, None)
-        if found is None:
-            return
-        at, reached, report = found
+    for at, reached, report in path:
         here = Place(begin=place.begin, at=at, step=pace.step)
         yield Step(
             share=here.share,
             displacement=between(way.start, way.goal, here.share),
             state=reached,
             report=report,
-            cost=_cost(rig, spent, began),
             rig=rig,
             place=here,
         )
-
-
-def _cost(rig: Rig, spent: Cost, began: float) -> Cost:
-    """Return what was spent since the solver had spent so much, at a time of the wall clock [s]."""
-    return replace(rig.work.spent - spent, seconds=perf_counter() - began)
 
 
 def _breaks(rig: Rig, state: State) -> bool:
@@ -188,7 +174,6 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
     bonds_broke = bool((before.bonds.hold != step.state.bonds.hold).any())
     if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
         return whole
-    began, spent = perf_counter(), work.spent
     length = step.share - begin
     span = length * way.duration
 
@@ -210,20 +195,21 @@ def _cut_short(rig: Rig, before: State, way: Way, begin: float, step: Step) -> S
         displacement=between(way.start, way.goal, at),
         state=again,
         report=report,
-        cost=step.cost + _cost(rig, spent, began),
         rig=rig,
         broken=most_strained(rig, again),
     )
 
 
 def _after(broken: Step, way: Way) -> Step | None:
-    """Return the equilibrium after a fibre broke, and others if its break overstrains them; None if none is found."""
+    """Return the equilibrium after a fibre broke; None if none is found.
+
+    If the test goes on, fibres that this break overstrains break too; if not, it ends with this one.
+    """
     rig, state = broken.rig, broken.state
-    began, spent = perf_counter(), rig.work.spent
     try:
         for _ in range(MOST_BREAKS):
             rig, state = without_edge(rig, state, most_strained(rig, state).edge, way.options)
-            if not _breaks(rig, state):
+            if not (way.go_on and _breaks(rig, state)):
                 break
         else:
             return None
@@ -237,7 +223,8 @@ def _after(broken: Step, way: Way) -> Step | None:
         displacement=broken.displacement,
         state=settled,
         report=report,
-        cost=_cost(rig, spent, began),
         rig=rig,
-        place=Place(begin=broken.share),
+        broken=None if way.go_on else broken.broken,
+        final=not way.go_on,
+        place=Place(begin=broken.share) if way.go_on else None,
     )

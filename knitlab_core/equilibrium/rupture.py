@@ -178,7 +178,7 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     """
     state = _torn(work.model, state, edge)
     left = Workspace(sever(work.model, edge))
-    left.clock, left.spent = work.clock, work.spent
+    left.clock = work.clock
     left.loads = work.loads
     left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles)
     left.lag()

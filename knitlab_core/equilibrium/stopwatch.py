@@ -15,7 +15,7 @@ class Cost:
     iterations, factorisations : int
         Newton iterations and factorisations, those of failed searches included.
     seconds : float
-        Wall time [s].
+        Wall time in searches [s].
     """
 
     iterations: int = 0
@@ -39,11 +39,21 @@ class Cost:
 
 @dataclass(slots=True)
 class Stopwatch:
-    """Seconds and calls per named part; a part within a part counts in the inner one alone, so that all add up."""
+    """Seconds and calls per named part, and what was counted.
+
+    A part within a part counts in the inner one alone, so that all parts add up to the whole.
+    """
 
     seconds: dict[str, float] = field(default_factory=dict)
     calls: dict[str, int] = field(default_factory=dict)
+    iterations: int = 0
+    factorisations: int = 0
     _inner: list[float] = field(default_factory=list)
+
+    @property
+    def cost(self) -> Cost:
+        """Return all that was counted up to now, outside of any part."""
+        return Cost(self.iterations, self.factorisations, sum(self.seconds.values()))
 
     @contextmanager
     def __call__(self, part: str) -> Iterator[None]:

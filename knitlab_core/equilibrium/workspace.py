@@ -15,7 +15,7 @@ from knitlab_core.equilibrium.fused import Fused
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import fix_unknowns, free_only, make_pattern, multiply
 from knitlab_core.equilibrium.poles import PoleMemory, Poles
-from knitlab_core.equilibrium.stopwatch import Cost, Stopwatch
+from knitlab_core.equilibrium.stopwatch import Stopwatch
 from knitlab_core.equilibrium.sums import inner
 from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
@@ -50,9 +50,7 @@ class Workspace:
     loads : (N, 4) array
         Dead loads on the unknowns [E r^2, E r^3].
     clock : Stopwatch
-        Where the time went.
-    spent : Cost
-        Newton iterations and factorisations so far, those of failed searches and snaps included.
+        Where the time went, and all iterations and factorisations, those of failed searches and snaps included.
     placed : Placed
         Samples and edges in the configuration last moved to.
     contacts : Contacts
@@ -73,7 +71,6 @@ class Workspace:
         self.model = model
         self.loads = np.zeros((n, 4))
         self.clock = Stopwatch()
-        self.spent = Cost()
         self.placed = Placed.zeros(n, samples)
         self.contacts = Contacts(self.placed, model.samples)
         self.fused: Fused | None = None
@@ -253,7 +250,7 @@ class Workspace:
 
     def count_iteration(self) -> None:
         """Count one Newton iteration."""
-        self.spent += Cost(iterations=1)
+        self.clock.iterations += 1
 
     def keep_pull(self, motion: FloatArray) -> None:
         """Keep what a motion (N, 4) of the fixtures pulls at the free unknowns; call between assembly and factor."""
@@ -278,7 +275,7 @@ class Workspace:
         with self.clock("factor"):
             fix_unknowns(self.pattern, self.model.fixed, self.blocks)
             while True:
-                self.spent += Cost(factorisations=1)
+                self.clock.factorisations += 1
                 if self._linear.factor(self.blocks, shift):
                     self._shift = shift
                     return True

@@ -112,9 +112,13 @@ def test_a_brittle_knit_breaks_where_its_material_says() -> None:
     ran, whole = carry_out(protocol), carry_out(replace(protocol, steps=(to(0.2),)), rupture="off")
     assert ran.outcome.end == "rupture"
     assert "a fibre broke at strain C " in ran.outcome.message
-    strain = ran.trace.columns["fibre_strain"]
-    assert strain[-1] == pytest.approx(0.05, rel=1e-3)
-    assert np.all(strain[:-1] < 0.05)
+    columns = ran.trace.columns
+    assert columns["fibre_strain"][-2] == pytest.approx(0.05, rel=1e-3)
+    assert np.all(columns["fibre_strain"][:-2] < 0.05)
+    # The last row is that after the break, at its time.
+    assert columns["time"][-1] == columns["time"][-2]
+    assert columns["fracture_work"][-1] > columns["fracture_work"][-2] == 0.0
+    assert all(columns[f"force_{axis}"][-1] < 0.9 * columns[f"force_{axis}"][-2] for axis in "CW")
     # Until then it is as any other.
     assert ran.force("W", 0.2) == pytest.approx(whole.force("W", 0.2), rel=1e-3)
 

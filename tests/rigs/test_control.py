@@ -68,7 +68,10 @@ class Run:
 def control(mount_knit: Callable[..., Any]) -> Callable[..., Run]:
     def run(*steps: Step, **knit: Any) -> Run:  # noqa: ANN401 (handed through)
         rig, state, protocol = mount_knit(*steps, **knit)
-        return Run(rig, list(perform(rig, state, protocol)))
+        ran = Run(rig, list(perform(rig, state, protocol)))
+        spent = sum(row.iterations for row in ran.rows) + ran.outcome.unfinished.iterations
+        assert spent == rig.work.clock.iterations  # of trials and failed searches too
+        return ran
 
     return run
 

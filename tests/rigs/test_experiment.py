@@ -57,6 +57,15 @@ class Happened:
         (outcome,) = self.outcomes
         return outcome
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Return the iterations and factorisations that rows and outcome account for."""
+        rest = self.outcome.unfinished
+        return (
+            sum(row.iterations for row in self.rows) + rest.iterations,
+            sum(row.factorisations for row in self.rows) + rest.factorisations,
+        )
+
     def strain(self, row: Equilibrium, axis: Axis) -> float:
         return row.displacement[axis] / self.stage.gauges[axis]
 
@@ -73,6 +82,7 @@ def happen(mount_knit: Mount) -> Callable[..., Happened]:
         for event in perform(stage, state, protocol, options=options):
             assert not happened.outcomes, "an outcome comes last"
             happened.keep(event)
+        assert happened.counts == (stage.work.clock.iterations, stage.work.clock.factorisations)
         return happened
 
     return run
@@ -208,6 +218,7 @@ def test_a_test_that_diverges_keeps_its_rows_and_names_the_place(
     ran = happen(both(0.05), both(0.4), options=HASTY)
     assert ran.outcome.end == "diverged"
     assert len(ran.rows) > 3
+    assert ran.outcome.unfinished.iterations > ran.rows[-1].iterations
     assert re.fullmatch(
         r"no equilibrium beyond strain C \d+\.\d%, W \d+\.\d%: after \d+ iterations at the shortest step \S+ of the "
         r"mean fixture force is left at node \d+ \(x -?[\d.]+, y -?[\d.]+, z -?[\d.]+ mm\), "

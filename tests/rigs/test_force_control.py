@@ -33,7 +33,10 @@ UP, DOWN, RATE, INCREMENT = 0.06, 0.003, 0.02, 0.03
 def control(mount_knit: Callable[..., Any]) -> Control:
     def run(*steps: object, **knit: Any) -> Run:  # noqa: ANN401 (handed through)
         rig, state, protocol = mount_knit(*steps, **{"increment": INCREMENT, "nodes": 16, **knit})
-        return Run(rig, list(perform(rig, state, protocol)))
+        ran = Run(rig, list(perform(rig, state, protocol)))
+        spent = sum(row.iterations for row in ran.rows) + ran.outcome.unfinished.iterations
+        assert spent == rig.work.clock.iterations  # of trials and failed searches too
+        return ran
 
     return run
 

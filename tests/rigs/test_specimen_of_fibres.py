@@ -107,9 +107,13 @@ def test_a_rupture_ends_a_preload_too() -> None:
     rows, outcome = happened(test)
     assert outcome.end == "rupture"
     assert rows[-1].phase == "Preload"
-    assert rows[-1].fibre_strain == pytest.approx(0.02, rel=1e-3)
-    assert all(row.fibre_strain < 0.02 for row in rows[:-1])
-    assert all(before.time < after.time for before, after in pairwise(rows))
+    *before, peak, drop = rows
+    assert peak.fibre_strain == pytest.approx(0.02, rel=1e-3)
+    assert all(row.fibre_strain < 0.02 for row in before)
+    assert all(one.time < next_one.time for one, next_one in pairwise([*before, peak]))
+    assert drop.time == peak.time
+    assert drop.fracture_work > peak.fracture_work == 0.0
+    assert all(drop.force[axis] < peak.force[axis] for axis in BOTH)
 
 
 def test_time_stands_still_for_an_elastic_hold() -> None:

@@ -132,5 +132,6 @@ def _shifted_thrice(x: float, by: int) -> float:
 
 def test_an_inner_kernel_is_compiled_once_for_constants_and_variables_and_python_can_call_it() -> None:
     assert _shifted_thrice(1.0, 4) == 8.0
-    assert len(_shifted.signatures) == 1  # type: ignore[attr-defined]
     assert _shifted(1.0, 2) == 3.0
+    # Where the kernel around it was kept by an earlier run, Python's call is the first that compiles it.
+    assert len(_shifted.signatures) == 1  # type: ignore[attr-defined]
