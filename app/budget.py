@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.knits import Filament, Stitch, VolumetricStitch, locking_strain, yarn_per_loop
-from rigs.limits import limits_of
+from rigs.analysis.material_limits import limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from knitlab_core.knits import Yarn
-    from rigs.motion import Stroke
-    from rigs.specimen import SpecimenSpec
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.control.strokes import Stroke
+    from rigs.protocol.specimen import SpecimenSpec
 
 #: Strands that lie side by side where a knit that is drawn is at its narrowest.
 STRANDS: Final = 4

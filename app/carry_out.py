@@ -24,14 +24,14 @@ from app.schemas import loads
 from app.schemas.defaults import shown_defaults
 from app.seal import seal, sealed_size
 from knitlab_core.errors import SpecificationError
-from rigs.checkpoint import put_back
-from rigs.experiment import perform
-from rigs.instruments import measured_parts
-from rigs.limits import limits_of
-from rigs.log_rate import stretches_of
-from rigs.plan import planned_duration
-from rigs.rig import mount
-from rigs.shape import wire_ends
+from rigs.analysis.material_limits import limits_of
+from rigs.control.checkpoint import restore
+from rigs.control.experiment import perform
+from rigs.control.log_rate import stretches_of
+from rigs.control.plan import planned_duration
+from rigs.instruments.channels import measured_parts
+from rigs.machines.rig import mount
+from rigs.machines.shape import wire_ends
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -43,12 +43,12 @@ if TYPE_CHECKING:
     from app.figures import Figure
     from app.schemas import Loaded
     from knitlab_core.equilibrium.model import State
-    from rigs.experiment import Event
-    from rigs.limits import LimitCrossing
-    from rigs.record import End, Equilibrium, IntArray, Outcome
-    from rigs.rig import Rig
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis, IntArray
+    from rigs.control.experiment import Event
+    from rigs.machines.rig import Rig
+    from rigs.record import End, Equilibrium, Outcome
     from rigs.step_record import StepRecord
-    from rigs.steps import Axis
 
     Progress = Callable[[float, str], None]
     Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
@@ -191,7 +191,7 @@ def go_on(task: Task, saved: Saved) -> RunResult:
     """Go on with a test from a checkpoint."""
     protocol, checkpoint = task.loaded.protocol, saved.checkpoint
     laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
-    rig = put_back(laid, checkpoint)
+    rig = restore(laid, checkpoint)
     task = replace(task, began=task.began - saved.seconds)
     with interrupts_held() as window, RunWriter(task.record, saved.lengths) as writer:
         journal = _journal(task, rig, writer, window)

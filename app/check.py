@@ -11,23 +11,23 @@ from app.log_size import row_size
 from app.rig_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
-from rigs.catalogue import arranged, plated
-from rigs.log_rate import require_rates
-from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps
-from rigs.specimen import SpecimenSpec, gauge_lengths, make_specimen
-from rigs.wires import require_room
+from rigs.control.log_rate import require_rates
+from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
+from rigs.machines.wires import require_room
+from rigs.protocol.catalogue import arranged, plated
+from rigs.protocol.specimen import SpecimenSpec, gauge_lengths, make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.budget import Budget
     from app.schemas import Loaded
-    from rigs.catalogue import MachineName
-    from rigs.machine import MachineData
-    from rigs.motion import Stroke
-    from rigs.plan import Planned
-    from rigs.protocol import Protocol
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.control.plan import Planned
+    from rigs.control.strokes import Stroke
+    from rigs.machines.machine import MachineData
+    from rigs.protocol.catalogue import MachineName
+    from rigs.protocol.protocol import Protocol
 
 _ANY = "RGD8530-DM"  # a material, where none matters
 

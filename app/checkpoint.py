@@ -21,11 +21,11 @@ from app.staged_file import new_hdf5
 from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
 from knitlab_core.errors import FormatError
-from rigs.checkpoint import Checkpoint
-from rigs.controller import Memory
-from rigs.cursor import Cursor, Place
-from rigs.instruments import Zeroing
-from rigs.motion import Course, Sight
+from rigs.control.checkpoint import Checkpoint
+from rigs.control.controller import Memory
+from rigs.control.resume_point import PathPosition, ResumePoint
+from rigs.control.strokes import History, Readings
+from rigs.instruments.channels import Zeroing
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
@@ -179,16 +179,16 @@ def read_checkpoint(path: Path) -> Saved:
         )
 
 
-def _cursor(plain: dict[str, Any]) -> Cursor:
+def _cursor(plain: dict[str, Any]) -> ResumePoint:
     """Return the cursor of plain data."""
     place, last, memory, sight = (plain[name] for name in ("place", "last", "memory", "sight"))
-    course = Course(**memory["course"] | {"free": tuple(memory["course"]["free"])})
-    return Cursor(
+    course = History(**memory["course"] | {"free": tuple(memory["course"]["free"])})
+    return ResumePoint(
         **plain
         | {
             "memory": Memory(**memory | {"course": course}),
-            "sight": None if sight is None else Sight(**sight),
-            "place": None if place is None else Place(**place),
+            "sight": None if sight is None else Readings(**sight),
+            "place": None if place is None else PathPosition(**place),
             "last": None if last is None else Equilibrium(**last),
         }
     )

@@ -10,7 +10,7 @@ import typer
 
 from app.exit_codes import INTERRUPTED
 from app.terminal import AsJson, ProtocolPath, complain
-from rigs.steps import Axis  # noqa: TC001 (typer reads the annotations)
+from rigs.axes import Axis  # noqa: TC001 (typer reads the annotations)
 
 
 def sweep(

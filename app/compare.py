@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from app.curves import Curve, Mark
     from app.run_reader import RunReader
-    from rigs.steps import Axis
+    from rigs.axes import Axis
 
 #: Runs on the same axis are told apart by their dashes, in this order.
 DASHES = ("-", "--", "-.", ":")

@@ -10,21 +10,22 @@ import numpy as np
 
 from app.figures import protocol_of, zeroings_of
 from knitlab_core.errors import SpecificationError
-from rigs.analysis import stress_strain
+from rigs.analysis.cycles import stress_strain
+from rigs.instruments.signals import zero_offset
 from rigs.jumps import parted
-from rigs.leaves import leaves
-from rigs.signals import zero_offset
-from rigs.steps import Cycle, Preload, Ramp, UntilRupture
+from rigs.protocol.steps import Cycle, Preload, Ramp, UntilRupture
+from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from app.run_reader import RunReader
-    from rigs.instruments import Zeroing
-    from rigs.limits import LimitCrossing
-    from rigs.protocol import Protocol
-    from rigs.record import FloatArray, Phase, SpecimenSize, Trace
-    from rigs.steps import Axis, Channel
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis, FloatArray
+    from rigs.instruments.channels import Zeroing
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.steps import Channel
+    from rigs.record import Phase, SpecimenSize, Trace
 
 #: What an axis does in a part of its curve; `held` and `free` while another axis is driven.
 Role: TypeAlias = Literal["loading", "unloading", "hold", "held", "free"]
@@ -193,7 +194,7 @@ def _roles(protocol: Protocol, axis: Axis) -> dict[int, Role]:
     beside: Role | None = {"hold": "held", "free": "free"}.get(protocol.others)  # type: ignore[assignment]
     return {
         leaf.number: beside
-        for leaf in leaves(protocol.steps)
+        for leaf in unrolled(protocol.steps)
         if beside is not None
         and isinstance(leaf.step, Ramp | Cycle | Preload | UntilRupture)
         and axis not in leaf.step.axes

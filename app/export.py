@@ -10,13 +10,13 @@ from app.run_folder import write_whole
 from app.run_reader import read_run
 from app.sampled import samples_of
 from knitlab_core.errors import SpecificationError
-from rigs.bounds import require_label
 from rigs.logs.catalogue import LOGS, defaults
 from rigs.logs.locales import localised
 from rigs.logs.logged import Logged
 from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
+from rigs.protocol.bounds import require_label
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,23 +9,23 @@ import numpy as np
 
 from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
-from rigs.analysis import cycle_figures, stress_strain
-from rigs.instruments import Zeroing
+from rigs.analysis.cycles import cycle_figures, stress_strain
+from rigs.analysis.material_limits import crossings, limits_of
+from rigs.instruments.channels import Zeroing
+from rigs.instruments.signals import zero_offset
 from rigs.jumps import parted
-from rigs.leaves import leaves
-from rigs.limits import crossings, limits_of
-from rigs.signals import zero_offset
-from rigs.steps import Cycle, Zero
+from rigs.protocol.steps import Cycle, Zero
+from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.run_reader import RunReader
-    from rigs.analysis import CycleFigures
-    from rigs.limits import LimitCrossing
-    from rigs.protocol import Protocol
-    from rigs.record import FloatArray, SpecimenSize, Trace
-    from rigs.steps import Axis
+    from rigs.analysis.cycles import CycleFigures
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.protocol import Protocol
+    from rigs.record import SpecimenSize, Trace
 
 Figure: TypeAlias = tuple[str, float, str]
 
@@ -113,7 +113,7 @@ def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
-        for leaf in leaves(protocol.steps)
+        for leaf in unrolled(protocol.steps)
         if isinstance(leaf.step, Zero) and leaf.number in begun
     ]
 
@@ -139,7 +139,7 @@ def _mechanics(
         travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
         curves[axis] = stress_strain(travel, force, axis, size)
     cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
-    cycling = [leaf for leaf in leaves(protocol.steps if protocol else ()) if isinstance(leaf.step, Cycle)]
+    cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if isinstance(leaf.step, Cycle)]
     for leaf in cycling:
         rows = np.flatnonzero(steps == leaf.number)
         if not len(rows) or not isinstance(leaf.step, Cycle):

@@ -6,8 +6,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from rigs.checkpoint import Checkpoint
-from rigs.instruments import Zeroing
+from rigs.control.checkpoint import Checkpoint
+from rigs.instruments.channels import Zeroing
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from app.checkpoint import Keeper
     from app.runs import RunWriter
-    from rigs.experiment import Event
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.control.experiment import Event
 
 TESTED: Final = 0.9
 """Share of a run that is done when its test is: log, plot and pictures come after."""

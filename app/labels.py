@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from knitlab_core.knits import Yarn
     from knitlab_core.materials import Value
-    from rigs.specimen import SpecimenSpec
+    from rigs.protocol.specimen import SpecimenSpec
 
 ELASTIC: Final = "nothing: linearly elastic rods, contact and friction"
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from app.tubes import Tube
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 Window = tuple[float, float, float, float]
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from app.run_reader import RunReader
     from app.views import View
     from knitlab_core.knits import Specimen
-    from rigs.record import FloatArray, Frame
+    from rigs.axes import FloatArray
+    from rigs.record import Frame
 
 AXIAL = "axial strain of the yarn [%]"
 #: Light to dark, and from both sides of zero for values with signs; both sound for colour-blind readers.

@@ -10,15 +10,15 @@ from rich.table import Table
 from app.budget import fibre_line
 from app.schemas.defaults import shown_defaults
 from app.tables import console_of, print_facts, specimen_data
-from rigs.limits import limits_of
+from rigs.analysis.material_limits import limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from app.check import Plan
-    from rigs.motion import Stroke
-    from rigs.plan import Planned
-    from rigs.targets import Axis
+    from rigs.axes import Axis
+    from rigs.control.plan import Planned
+    from rigs.control.strokes import Stroke
 
 _MOST_LINES: Final = 40
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Final
 from app.labels import beyond_elastic, yarn_label
 from app.version import version_of
 from knitlab_core.materials import DEFAULT_FRICTION, Value
-from rigs.machine import Datum
+from rigs.machines.machine import Datum
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigs.catalogue import MachineName
-    from rigs.machine import MachineData
-    from rigs.protocol import Protocol
-    from rigs.specimen import SpecimenSpec
+    from rigs.machines.machine import MachineData
+    from rigs.protocol.catalogue import MachineName
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
 
 Fact = tuple[str, str | int | float]
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from app.curves import Curve, Mark, Part, Role
     from app.run_reader import RunReader
+    from rigs.axes import Axis
     from rigs.record import SpecimenSize
-    from rigs.steps import Axis
 
 #: Okabe and Ito's palette: told apart by colour-blind readers.
 COLOURS: dict[Axis, str] = {"C": "#0072B2", "W": "#D55E00", "P": "#009E73"}

@@ -13,15 +13,15 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
 from knitlab_core.errors import FormatError, SpecificationError
-from rigs.catalogue import arranged
-from rigs.machine import MachineData
+from rigs.machines.machine import MachineData
+from rigs.protocol.catalogue import arranged
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
     from pathlib import Path
 
-    from rigs.catalogue import MachineName
-    from rigs.protocol import Protocol
+    from rigs.protocol.catalogue import MachineName
+    from rigs.protocol.protocol import Protocol
 
 
 def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:

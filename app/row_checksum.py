@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 CHECKSUM: Final = "checksum"
 """Column of the equilibria that holds the CRC-32 of each row."""

@@ -13,17 +13,17 @@ from app.row_checksum import CHECKSUM
 from app.run_folder import whole_file
 from app.staged_file import new_hdf5
 from app.vtkhdf import make_frames
-from rigs.bounds import LONGEST_LABEL
+from rigs.protocol.bounds import LONGEST_LABEL
 from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from rigs.instruments import Instrument
-    from rigs.limits import MaterialLimit
-    from rigs.record import IntArray, SpecimenSize
-    from rigs.steps import Axis
+    from rigs.analysis.material_limits import MaterialLimit
+    from rigs.axes import Axis, IntArray
+    from rigs.instruments.channels import Instrument
+    from rigs.record import SpecimenSize
 
 #: Rows that one stretch of the file holds; a new one is needed only so often.
 CHUNK = 4096

@@ -17,12 +17,12 @@ from app.stored_log import read_logs
 from app.vtkhdf import read_frames
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
+from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
+from rigs.axes import AXES
+from rigs.instruments.samples import thinned
 from rigs.jumps import jump_times
-from rigs.limits import LimitCrossing, MaterialLimit
 from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
-from rigs.samples import thinned
 from rigs.step_record import StepRecord
-from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,8 +30,9 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigs.record import FloatArray, Frame, IntArray
-    from rigs.samples import Samples, Table
+    from rigs.axes import FloatArray, IntArray
+    from rigs.instruments.samples import Samples, Table
+    from rigs.record import Frame
 
 MOST_SHOWN: Final = 100_000
 """Samples of a log that a plot shows."""

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
+    from rigs.instruments.samples import Samples
     from rigs.record import Equilibrium, Frame, Outcome
-    from rigs.samples import Samples
     from rigs.step_record import StepRecord
 
 #: The same in the frames.

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 from app.figures import zeroings_of
 from app.rig_data import machines_of
 from app.schemas import loads
-from rigs.instruments import measure
-from rigs.log_rate import stretches_of
-from rigs.machine import instruments_on
+from rigs.control.log_rate import stretches_of
+from rigs.instruments.channels import measure
+from rigs.machines.machine import instruments_on
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from app.run_reader import RunReader
-    from rigs.samples import Table
+    from rigs.instruments.samples import Table
 
 
 def samples_of(run: RunReader) -> Mapping[str, Table]:

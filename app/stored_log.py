@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.h5_read import reading
+from rigs.instruments.samples import Samples
 from rigs.record import PHASES
-from rigs.samples import Samples
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import h5py
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from app.figures import Figure
     from app.schemas.sweep import Scalar
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 Points: TypeAlias = "Sequence[tuple[Mapping[str, Scalar], Sequence[Figure]]]"
 

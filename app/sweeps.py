@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from app.schemas.document import Place
     from app.schemas.sweep import Point, Scalar
-    from rigs.limits import LimitCrossing
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis
     from rigs.record import End
-    from rigs.steps import Axis
 
 MOST_JOBS: Final = 64
 

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from app.sweeps import SweepResult
     from app.usecases import RunResult
     from knitlab_core.materials import Material, Value
-    from rigs.limits import LimitCrossing
-    from rigs.protocol import Protocol
-    from rigs.specimen import SpecimenSpec
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
     from rigs.step_record import StepRecord
 
 _MOST_LINES: Final = 40

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigs.record import FloatArray, IntArray
+    from rigs.axes import FloatArray, IntArray
 
 FEWEST_POINTS: Final = 3
 

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 AZIMUTH: Final = np.radians(32.0)
 ELEVATION: Final = np.radians(24.0)

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Final
 import h5py
 import numpy as np
 
+from rigs.axes import AXES
 from rigs.record import PHASES, Frame
-from rigs.steps import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigs.record import FloatArray
-    from rigs.steps import Axis
+    from rigs.axes import Axis, FloatArray
 
 GROUP: Final = "VTKHDF"
 VERSION: Final = (2, 3)

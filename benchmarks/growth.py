@@ -13,9 +13,9 @@ from app.rig_data import machines_of
 from app.schemas import loads
 from benchmarks.main_job import PROTOCOL, peak_memory
 from benchmarks.volumetric import EXAMPLES
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
 from rigs.record import Equilibrium
-from rigs.rig import mount
 
 SIZES: Final = {"planar": (3, 6, 10, 14, 20), "volumetric": (2, 3, 4, 6, 8)}
 TEXTS: Final = {

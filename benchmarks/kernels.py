@@ -13,9 +13,9 @@ from app.rig_data import machines_of
 from app.schemas import load
 from benchmarks.main_job import PROTOCOL
 from knitlab_core.equilibrium import march
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
 from rigs.record import Equilibrium
-from rigs.rig import mount
 
 if TYPE_CHECKING:
     from collections.abc import Callable

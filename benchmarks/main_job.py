@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from app.check import build_specimen
 from app.rig_data import machines_of
 from app.schemas import load
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import Rig, mount
 from rigs.record import Equilibrium
-from rigs.rig import Rig, mount
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray

@@ -10,9 +10,9 @@ from app.check import build_specimen
 from app.rig_data import machines_of
 from app.schemas import loads
 from benchmarks.main_job import PARTS, peak_memory
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
 from rigs.record import Equilibrium, Outcome
-from rigs.rig import mount
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "fig4c"
 

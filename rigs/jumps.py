@@ -17,7 +17,7 @@ from rigs.record import Trace
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from rigs.record import FloatArray, IntArray
+    from rigs.axes import FloatArray, IntArray
 
 STANDING: Final = ("time", "displacement_", "crosshead_")
 """Columns that a jump does not change: axes move on steadily."""

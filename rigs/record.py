@@ -6,21 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from math import prod
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from knitlab_core.equilibrium.stopwatch import Cost
-from rigs.steps import AXES
+from rigs.axes import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.steps import Axis
-
-FloatArray: TypeAlias = npt.NDArray[np.float64]
-IntArray: TypeAlias = npt.NDArray[np.int64]
+    from rigs.axes import Axis, FloatArray, IntArray
 
 Phase = Literal["Zero", "Preload", "Stretch", "Recover", "Hold"]
 End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged", "slipped"]

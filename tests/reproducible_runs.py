@@ -24,16 +24,17 @@ import numpy as np
 from app.rig_data import machines_of
 from app.schemas import load
 from knitlab_core.knits import NAMED_STITCHES
-from rigs.experiment import perform
-from rigs.protocol import Cycle, Protocol, Ramp, Target, Zero
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Cycle, Protocol, Ramp, Target, Zero
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from rigs.steps import Axis, Step
+    from rigs.axes import Axis
+    from rigs.protocol.steps import Step
 
     Rows: TypeAlias = dict[str, list[float]]
     Runs: TypeAlias = dict[str, Rows]

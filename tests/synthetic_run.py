@@ -10,8 +10,8 @@ from app.rig_data import read_machine
 from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
-from rigs.instruments import Instrument, Zeroing, measure
-from rigs.machine import instrument_of
+from rigs.instruments.channels import Instrument, Zeroing, measure
+from rigs.machines.machine import instrument_of
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
 from rigs.step_record import StepRecord
 
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from rigs.limits import MaterialLimit
-    from rigs.record import FloatArray
-    from rigs.steps import Axis
+    from rigs.analysis.material_limits import MaterialLimit
+    from rigs.axes import Axis, FloatArray
 
 SIZE = SpecimenSize(extents={"C": 45e-3, "W": 40e-3, "P": 1e-3}, fibre_radius=0.4e-3)
 BOTH: tuple[Axis, ...] = ("C", "W")

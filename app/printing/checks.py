@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     import trimesh
 
     from app.printing.fibres import Fibre
-    from rigs.printer_data import PrinterData
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
+    from rigs.machines.printer import PrinterData
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import trimesh
 
     from knitlab_core.knits import Specimen
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 MOST_TRIANGLES: Final = 5_000_000
 """Some 3.7 GB while they are checked and written, 250 MB as STL."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.printing.fibres import Fibre
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 _REFINED = 200
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.printing.files import Format
     from app.schemas import Loaded
     from knitlab_core.knits import Specimen
-    from rigs.printer_data import PrinterData
+    from rigs.machines.printer import PrinterData
 
 MOST_AREAS: Final = 400
 """Layers whose areas are summed for the volume, at most about."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from app.rig_data import read_numbers
 from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.knits.stitch import is_positive
-from rigs.printer_data import PrinterData
+from rigs.machines.printer import PrinterData
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.printing.slices import Layer
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 MOST_PIXELS: Final = 20_000_000
 _INK, _PAPER = "#1f4e79", "#ffffff"

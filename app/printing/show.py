@@ -10,14 +10,14 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from rigs.machine import Datum
+from rigs.machines.machine import Datum
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from app.printing.checks import Check
     from app.printing.job import Print
-    from rigs.printer_data import PrinterData
+    from rigs.machines.printer import PrinterData
 
 _LISTED: Final = 4
 

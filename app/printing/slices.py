@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.printing.fibres import Fibre
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 _UP = np.array([0.0, 0.0, 1.0])
 

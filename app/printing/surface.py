@@ -17,7 +17,7 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 FEWEST_SIDES: Final = 8
 

@@ -33,7 +33,7 @@ from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
 from app.schemas.sweep import points_of
 from knitlab_core.errors import SpecificationError
-from rigs.bounds import as_label
+from rigs.protocol.bounds import as_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from app.schemas.document import Data
     from app.schemas.sweep import Point
     from knitlab_core.materials import Material
-    from rigs.protocol import Protocol
+    from rigs.protocol.protocol import Protocol
 
 __all__ = [
     "Loaded",

@@ -17,9 +17,9 @@ from app.schemas.specimen import VolumetricStitchModel
 from app.units import write
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 from knitlab_core.materials import MATERIALS, Material
-from rigs.catalogue import CATALOGUE
-from rigs.protocol import LogSpec, Protocol, require_others
-from rigs.specimen import NAMED_KNITS, SpecimenSpec
+from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.protocol import LogSpec, Protocol, require_others
+from rigs.protocol.specimen import NAMED_KNITS, SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

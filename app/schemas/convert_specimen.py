@@ -14,7 +14,7 @@ from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area
 from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named
-from rigs.specimen import MESHES, NAMED_KNITS, SpecimenSpec
+from rigs.protocol.specimen import MESHES, NAMED_KNITS, SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -22,8 +22,8 @@ from app.schemas.steps import (
 )
 from app.units import parse, write
 from knitlab_core.errors import SpecificationError, UnitError
-from rigs.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
-from rigs.targets import ForceRate, StepLog, StrainRate, Target, Until
+from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
+from rigs.protocol.targets import ForceRate, StepLog, StrainRate, Target, Until
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from app.schemas.document import Document, Place
     from app.schemas.steps import HoldModel, StepLogModel, TargetModel, UntilModel
     from app.units import Dimension
-    from rigs.targets import Control, Rate
+    from rigs.protocol.targets import Control, Rate
 
 _MEASURES: Final[Mapping[Control, Dimension]] = {"strain": "strain", "displacement": "length", "force": "force"}
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from app.schemas.models import ProtocolModel
-    from rigs.protocol import Protocol
+    from rigs.protocol.protocol import Protocol
 
 _MESH: Final = frozenset({"mesh", "nodes_per_loop"})
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from rigs.catalogue import CATALOGUE
-from rigs.specimen import NAMED_KNITS, axes_of_knit
+from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.specimen import NAMED_KNITS, axes_of_knit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from app.schemas.document import Data, Place
-    from rigs.catalogue import Arrangement
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.protocol.catalogue import Arrangement
 
 #: Other names of the axes.
 _AXES: Final[Mapping[str, Axis]] = MappingProxyType(

@@ -15,8 +15,8 @@ from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
 from app.schemas.steps import STEPS, CycleLogModel, StepLogModel
 from knitlab_core.errors import SpecificationError
-from rigs.specimen import NAMED_KNITS
-from rigs.steps import AXES
+from rigs.axes import AXES
+from rigs.protocol.specimen import NAMED_KNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

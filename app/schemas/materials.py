@@ -19,7 +19,7 @@ from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pyd
 from app.units import allowed, write
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
-from rigs.bounds import LABEL, is_label
+from rigs.protocol.bounds import LABEL, is_label
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,6 +1,6 @@
 """Describe the YAML of a protocol: its fields, their types and, as descriptions, what each allows.
 
-Ranges are the business of `rigs.protocol`; here stand structure and units alone.
+Ranges are the business of `rigs.protocol.protocol`; here stand structure and units alone.
 """
 
 from collections.abc import Mapping
@@ -15,8 +15,8 @@ from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnMod
 from app.schemas.steps import EVENTS, EVERY_CYCLE, STEP_MODELS, StepModel
 from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
 from app.units import allowed
-from rigs.catalogue import Others, RigName
-from rigs.steps import Axis
+from rigs.axes import Axis
+from rigs.protocol.catalogue import Others, RigName
 
 SCHEMA: Final = "knitlab/protocol@1"
 

@@ -7,8 +7,8 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
 from app.units import allowed
-from rigs.fixtures import Hook
-from rigs.specimen import MeshName, RestShape, Rupture
+from rigs.protocol.catalogue import Hook
+from rigs.protocol.specimen import MeshName, RestShape, Rupture
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
 _STITCH = Field(description=_LENGTH)

@@ -31,7 +31,8 @@ from app.schemas.values import (
 )
 from app.units import Dimension, allowed, parse
 from knitlab_core.errors import UnitError
-from rigs.steps import RUPTURE_DROP, Axis, Channel, Control
+from rigs.axes import Axis
+from rigs.protocol.steps import RUPTURE_DROP, Channel, Control
 
 _AXES: Final = "a list of axes, such as [C, W]"
 _COUNT: Final = "a whole number from 1"

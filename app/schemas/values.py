@@ -11,10 +11,10 @@ from pydantic_core import PydanticCustomError
 from app.schemas.errors import shown
 from app.units import Dimension, allowed, parse
 from knitlab_core.errors import SpecificationError, UnitError
-from rigs.targets import Bound, ForceRate, Rate, StrainRate
+from rigs.protocol.targets import Bound, ForceRate, Rate, StrainRate
 
 if TYPE_CHECKING:
-    from rigs.targets import Side
+    from rigs.protocol.targets import Side
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

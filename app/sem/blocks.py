@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from rigs.record import FloatArray, Frame, IntArray
+    from rigs.axes import FloatArray, IntArray
+    from rigs.record import Frame
 
 RIM: Final = 0.12
 """How far a plate reaches beyond the yarn, over the specimen's width."""

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from app.sem.blocks import Block
     from app.sem.view import View
     from app.tubes import Tube
-    from rigs.microscope import Microscope
-    from rigs.record import FloatArray, IntArray
+    from rigs.axes import FloatArray, IntArray
+    from rigs.machines.microscope import Microscope
 
 FloatImage: TypeAlias = "npt.NDArray[np.float32]"
 FINENESS: Final = 2

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from app.run_reader import RunReader
     from app.sem.view import View
-    from rigs.microscope import Microscope
+    from rigs.machines.microscope import Microscope
     from rigs.record import Frame
 
 PIECES: Final = 3

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.rig_data import read_numbers
 from knitlab_core.errors import FormatError
-from rigs.microscope import Microscope
+from rigs.machines.microscope import Microscope
 
 if TYPE_CHECKING:
     from pathlib import Path

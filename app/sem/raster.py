@@ -15,7 +15,7 @@ from knitlab_core.jit import kernel
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from rigs.record import FloatArray, IntArray
+    from rigs.axes import FloatArray, IntArray
 
 NOTHING: Final = -1e9
 

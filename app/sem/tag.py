@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.sem.view import View
-    from rigs.microscope import Microscope
+    from rigs.machines.microscope import Microscope
 
 TAG: Final = 34118
 COLUMNS: Final = 1024

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 ASPECT: Final = 0.75
 """Height of an image over its width."""

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from types import FrameType
 
     from app.usecases import RunResult
-    from rigs.limits import MaterialLimit
+    from rigs.analysis.material_limits import MaterialLimit
+    from rigs.axes import Axis
     from rigs.record import Equilibrium
-    from rigs.steps import Axis
 
 TROUBLE, STOPPED, LOCKED = 74, 75, 76
 """Exit codes: this host cannot keep files; asked to stop, work kept; another process holds the folder."""
@@ -114,7 +114,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     from app.drawing import draw_here  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.usecases import resume_run, run_loaded  # noqa: PLC0415
-    from rigs.limits import limits_of  # noqa: PLC0415
+    from rigs.analysis.material_limits import limits_of  # noqa: PLC0415
 
     spec = files.read_spec()
     loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.run_reader import RunReader
+    from rigs.axes import Axis
     from rigs.record import Equilibrium
-    from rigs.steps import Axis
 
 
 class RowFile:

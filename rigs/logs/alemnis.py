@@ -17,18 +17,18 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from rigs.instruments.samples import around, parts_of
+from rigs.instruments.signals import stamps
 from rigs.jumps import joined
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
-from rigs.samples import around, parts_of
-from rigs.signals import stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigs.axes import FloatArray
+    from rigs.instruments.samples import Table
     from rigs.logs.logged import Channels, Facts, Logged
-    from rigs.record import FloatArray
-    from rigs.samples import Table
 
 MACHINE: Final = "nanoindenter"
 PREFIXES: Final = (("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12))

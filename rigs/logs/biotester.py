@@ -14,16 +14,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from rigs.instruments.samples import parts_of
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
-from rigs.samples import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigs.instruments.samples import Samples
     from rigs.logs.logged import Channels, Facts, Logged
     from rigs.record import Phase
-    from rigs.samples import Samples
 
 DIALECT: Final = Dialect(
     name="biotester",

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from rigs.instruments.samples import parts_of
 from rigs.logs.logged import Log, axis_of
 from rigs.logs.writer import Column, Dialect, Fact
-from rigs.samples import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigs.instruments.samples import Samples
     from rigs.logs.logged import Channels, Facts, Logged
-    from rigs.samples import Samples
 
 COLUMNS: Final = (
     Column(name="Time", channel="Time", below="({unit})", unit="s", form=",.5f", quoted=True),

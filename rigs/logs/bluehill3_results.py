@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from rigs.instruments.samples import parts_of
 from rigs.logs import bluehill3_quoted
 from rigs.logs.logged import Log
 from rigs.logs.writer import Dialect, Fact
-from rigs.samples import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from rigs.instruments.samples import parts_of
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
-from rigs.samples import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,10 +11,10 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from rigs.axes import Axis
+    from rigs.instruments.samples import Samples, Table
     from rigs.logs.writer import Dialect
     from rigs.record import SpecimenSize
-    from rigs.samples import Samples, Table
-    from rigs.steps import Axis
 
 Channels: TypeAlias = "Mapping[str, Sequence[object]]"
 Facts: TypeAlias = "Mapping[str, object]"

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigs.samples import parts_of
-from rigs.ticks import PART
+from rigs.instruments.samples import parts_of
+from rigs.instruments.ticks import PART
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rigs.instruments.samples import Table
     from rigs.record import Phase
-    from rigs.samples import Table
 
 OUTWARD: Final = 22476
 RETURN: Final = 22412

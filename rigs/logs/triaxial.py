@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from rigs.instruments.samples import around, parts_of
+from rigs.instruments.signals import stamps
 from rigs.jumps import joined
 from rigs.logs.logged import Log
 from rigs.logs.writer import Column, Dialect
-from rigs.samples import around, parts_of
-from rigs.signals import stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rigs.instruments.samples import Samples, Table
     from rigs.logs.logged import Channels, Facts, Logged
-    from rigs.samples import Samples, Table
 
 FRAME: Final = "uniaxial-frame"
 STAGE: Final = "biaxial-hook"

@@ -15,17 +15,17 @@ from app.rig_data import machines_of
 from app.run_reader import RunReader
 from app.schemas import from_yaml, load
 from app.usecases import run_protocol
-from rigs.experiment import perform
-from rigs.protocol import Ramp, Target
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Ramp, Target
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
-    from rigs.protocol import Protocol
-    from rigs.record import FloatArray, Trace
-    from rigs.steps import Axis
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.protocol import Protocol
+    from rigs.record import Trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

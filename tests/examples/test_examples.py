@@ -14,15 +14,15 @@ from app.figures import energy_balance_error
 from app.run_reader import RunReader
 from app.schemas import from_yaml, to_yaml
 from app.usecases import RunResult, run_protocol
-from rigs.analysis import branch, stress_strain
-from rigs.specimen import make_specimen
+from rigs.analysis.cycles import branch, stress_strain
+from rigs.protocol.specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigs.protocol import Axis
-    from rigs.record import FloatArray, Phase
+    from rigs.axes import Axis, FloatArray
+    from rigs.record import Phase
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -12,17 +12,18 @@ import pytest
 from app.figures import energy_balance_error
 from app.rig_data import machines_of
 from app.schemas import load
-from rigs.analysis import stress_strain
-from rigs.experiment import perform
-from rigs.protocol import Cycle, Hold, Image, Ramp, Target, UntilRupture, Zero
+from rigs.analysis.cycles import stress_strain
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Cycle, Hold, Image, Ramp, Target, UntilRupture, Zero
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
-    from rigs.machine import MachineData
-    from rigs.protocol import Protocol, Step
-    from rigs.record import FloatArray, Trace
+    from rigs.axes import FloatArray
+    from rigs.machines.machine import MachineData
+    from rigs.protocol.protocol import Protocol, Step
+    from rigs.record import Trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PRE = ("00", "10", "20")

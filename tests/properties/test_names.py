@@ -13,7 +13,7 @@ from app.file_names import MOST_BYTES, MOST_SIGNS, file_stem
 from app.schemas import from_yaml
 from app.schemas.sweep import label_of
 from app.sweeps import safe_cell
-from rigs.bounds import LONGEST_LABEL, as_label, is_label
+from rigs.protocol.bounds import LONGEST_LABEL, as_label, is_label
 
 #: What Windows refuses in a name, and the devices that it takes for none (Naming Files, Paths, and Namespaces).
 FORBIDDEN = set('<>:"/\\|?*') | {chr(code) for code in range(32)}

@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,9 +13,8 @@ from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
-from rigs.plan import planned_strokes
-from rigs.protocol import (
-    Axis,
+from rigs.control.plan import planned_strokes
+from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
     Hold,
@@ -34,7 +33,10 @@ from rigs.protocol import (
     UntilRupture,
     Zero,
 )
-from rigs.targets import Bound
+from rigs.protocol.targets import Bound
+
+if TYPE_CHECKING:
+    from rigs.axes import Axis
 
 STAGE_AXES: st.SearchStrategy[tuple[Axis, ...]] = st.sampled_from([("C",), ("W",), ("C", "W"), ("W", "C")])
 WAYS: st.SearchStrategy[Rate] = st.floats(1e-9, 1.0) | st.builds(StrainRate, value=st.floats(1e-9, 100.0))

@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from app.rig_data import machines_of
-from rigs.protocol import LogSpec, Protocol, SpecimenSpec, Step
-from rigs.rig import mount
-from rigs.specimen import make_specimen
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import LogSpec, Protocol, SpecimenSpec, Step
+from rigs.protocol.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
-    from rigs.catalogue import Others
-    from rigs.fixtures import Hook
-    from rigs.machine import MachineData
-    from rigs.rig import Rig
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.machines.machine import MachineData
+    from rigs.machines.rig import Rig
+    from rigs.protocol.catalogue import Hook, Others
 
     Mounted = tuple[Rig, State, Protocol]
 

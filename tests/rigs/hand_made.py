@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigs.instruments.samples import Samples
 from rigs.logs.logged import Logged
 from rigs.record import SpecimenSize
-from rigs.samples import Samples
 
 if TYPE_CHECKING:
     from rigs.record import Phase

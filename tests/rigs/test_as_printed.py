@@ -12,8 +12,8 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, same_area
 from knitlab_core.knits.clearance import check_clearance, check_volumetric_clearance
 from knitlab_core.knits.volumetric import volumetric, volumetric_middle
-from rigs.protocol import Hold
-from rigs.rig import pose, read
+from rigs.machines.rig import pose, read
+from rigs.protocol.protocol import Hold
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.equilibrium.model import State
     from knitlab_core.knits.volumetric_stitch import VolumetricStitch
-    from rigs.rig import Rig
+    from rigs.machines.rig import Rig
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 LOOP = 8e-3

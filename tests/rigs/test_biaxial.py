@@ -8,17 +8,17 @@ import pytest
 
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
-from rigs.fixtures import COORDINATE, SITES
-from rigs.protocol import Cycle, Zero
-from rigs.rig import most_strained, place_of, pose, read
-from rigs.shape import axial_strain, bending_strain, contact_force
+from rigs.axes import COORDINATE, SITES
+from rigs.machines.rig import most_strained, place_of, pose, read
+from rigs.machines.shape import axial_strain, bending_strain, contact_force
+from rigs.protocol.protocol import Cycle, Zero
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from knitlab_core.equilibrium.model import State
-    from rigs.rig import Rig
+    from rigs.machines.rig import Rig
 
 STEPS = (Zero(), Cycle(axes=("C", "W"), lower=0.0, upper=0.26, rate=2e-4, n=1))
 # The solver leaves 1e-4 of the mean force of a held unknown at a free one; over the knit these add up.

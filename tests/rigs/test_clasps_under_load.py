@@ -10,15 +10,15 @@ import pytest
 
 from knitlab_core.equilibrium.march import march
 from knitlab_core.knits.clasp import pile_clasps, wale_clasps
-from rigs.protocol import Hold
-from rigs.rig import pose, read
+from rigs.machines.rig import pose, read
+from rigs.protocol.protocol import Hold
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.arrays import FloatArray
     from knitlab_core.knits import Specimen
-    from rigs.steps import Axis
+    from rigs.axes import Axis
 
 Pulled = list[tuple["Specimen", "FloatArray", float]]
 

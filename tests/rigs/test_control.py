@@ -10,9 +10,11 @@ import pytest
 
 from app.rig_data import machines_of, read_machine
 from knitlab_core.materials import Value, material_named
-from rigs.checkpoint import Checkpoint, put_back
-from rigs.experiment import perform
-from rigs.protocol import (
+from rigs.control.checkpoint import Checkpoint, restore
+from rigs.control.experiment import perform
+from rigs.control.setpoint_search import FINEST_DIGIT, FORCE_TOLERANCE
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
     Hold,
@@ -25,20 +27,18 @@ from rigs.protocol import (
     UntilRupture,
     Zero,
 )
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Frame, Outcome
-from rigs.rig import mount
-from rigs.servo import FINEST_DIGIT, FORCE_TOLERANCE
-from rigs.specimen import make_specimen
 from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.catalogue import MachineName
-    from rigs.machine import MachineData
-    from rigs.rig import Rig
-    from rigs.steps import Step
-    from rigs.targets import Axis
+    from rigs.axes import Axis
+    from rigs.machines.machine import MachineData
+    from rigs.machines.rig import Rig
+    from rigs.protocol.catalogue import MachineName
+    from rigs.protocol.steps import Step
 
     Bar = Callable[..., None]
 
@@ -314,7 +314,7 @@ def test_every_kind_of_stroke_goes_on_from_a_checkpoint_to_the_same_rows(
         if machine == "soft":
             machines["biaxial-hook"] = knit["data"]
         laid, _ = mount(make_specimen(protocol.specimen), protocol, machines)
-        again = list(perform(put_back(laid, checkpoint), checkpoint.state, protocol, cursor=checkpoint.cursor))
+        again = list(perform(restore(laid, checkpoint), checkpoint.state, protocol, cursor=checkpoint.cursor))
         done = sum(isinstance(event, Equilibrium) for event in events[:mark])
         going_on = [event for event in again if isinstance(event, Equilibrium)]
         assert [replace(row, seconds=0.0) for row in going_on] == [replace(row, seconds=0.0) for row in rows[done:]]

@@ -10,9 +10,9 @@ import pytest
 
 from app.rig_data import read_machine
 from knitlab_core.equilibrium.newton import Options
-from rigs.experiment import perform
-from rigs.instruments import Zeroing
-from rigs.protocol import Cycle, Hold, Preload, Ramp, Repeat, Target, Zero
+from rigs.control.experiment import perform
+from rigs.instruments.channels import Zeroing
+from rigs.protocol.protocol import Cycle, Hold, Preload, Ramp, Repeat, Target, Zero
 from rigs.record import Equilibrium, Frame, Outcome
 from tests.synthetic_run import BOTH
 
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.equilibrium.model import State
-    from rigs.experiment import Event
-    from rigs.protocol import Axis, Protocol
-    from rigs.rig import Rig
+    from rigs.axes import Axis
+    from rigs.control.experiment import Event
+    from rigs.machines.rig import Rig
+    from rigs.protocol.protocol import Protocol
 
     Mount = Callable[..., tuple[Rig, State, Protocol]]
 

@@ -11,18 +11,18 @@ import pytest
 
 from app.rig_data import read_machine
 from knitlab_core.materials import RelaxationTerm, Value, material_named
-from rigs.controller import DEAD_BAND, FILTER
-from rigs.experiment import perform
-from rigs.protocol import Cycle, ForceRate, Hold, Target, Until, UntilRupture, Zero
-from rigs.servo import FINEST_DIGIT, FORCE_TOLERANCE
-from rigs.steer import LONGEST
-from rigs.targets import Bound
+from rigs.control.controller import DEAD_BAND, FILTER
+from rigs.control.experiment import perform
+from rigs.control.force_control import LONGEST
+from rigs.control.setpoint_search import FINEST_DIGIT, FORCE_TOLERANCE
+from rigs.protocol.protocol import Cycle, ForceRate, Hold, Target, Until, UntilRupture, Zero
+from rigs.protocol.targets import Bound
 from tests.rigs.test_control import SPEED, Run, load, stretch, yielding
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.targets import Axis
+    from rigs.axes import Axis
 
     Control = Callable[..., Run]
 

@@ -13,22 +13,22 @@ from app.schemas import ProtocolError, loads, to_yaml
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
 from knitlab_core.rods.relaxation import rod_strains
-from rigs.analysis import stress_strain
-from rigs.experiment import perform
-from rigs.fixtures import COORDINATE
-from rigs.protocol import Cycle, Preload
+from rigs.analysis.cycles import stress_strain
+from rigs.axes import COORDINATE
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount, pose, read
+from rigs.protocol.protocol import Cycle, Preload
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
-from rigs.rig import mount, pose, read
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from knitlab_core.equilibrium.model import State
-    from rigs.protocol import Protocol
-    from rigs.rig import Rig
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.machines.rig import Rig
+    from rigs.protocol.protocol import Protocol
 
     Mount = Callable[..., tuple[Rig, State, Protocol]]
 

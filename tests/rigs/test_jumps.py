@@ -11,16 +11,16 @@ import pytest
 
 from app.rig_data import machines_of
 from app.schemas import load
-from rigs.experiment import perform
-from rigs.instruments import measure
+from rigs.control.experiment import perform
+from rigs.instruments.channels import measure
 from rigs.jumps import jumped
-from rigs.protocol import Ramp, StrainRate, Target
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Ramp, StrainRate, Target
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
-    from rigs.instruments import Instrument
+    from rigs.instruments.channels import Instrument
     from rigs.record import Trace
 
 FUSED = Path(__file__).parents[2] / "examples" / "fused_small.yaml"

@@ -11,6 +11,7 @@ import pytest
 from openpyxl import load_workbook
 
 from knitlab_core.errors import SpecificationError
+from rigs.instruments.signals import stamps
 from rigs.logs.alemnis import clock_text, prefixed
 from rigs.logs.biotester import cycle_text
 from rigs.logs.catalogue import LOGS, defaults
@@ -18,13 +19,13 @@ from rigs.logs.locales import LOCALES, localised
 from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
 from rigs.logs.writer import Column, Dialect, Fact, write_log
-from rigs.signals import stamps
 from tests.rigs.golden_files import FOLDER, golden, written
 from tests.rigs.hand_made import frame, indenter, logged, stage
 
 if TYPE_CHECKING:
+    from rigs.axes import FloatArray
     from rigs.logs.logged import Logged
-    from rigs.record import FloatArray, Phase
+    from rigs.record import Phase
 
 
 def text(name: str, test: Logged, locale: str = "en", **units: str) -> bytes:

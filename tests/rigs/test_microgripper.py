@@ -13,18 +13,18 @@ from app.schemas import load, loads
 from app.usecases import run_protocol
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import plate_nodes
-from rigs.analysis import stress_strain
-from rigs.protocol import Protocol, Ramp, SpecimenSpec, Target
-from rigs.rig import mount, pose, read
-from rigs.specimen import make_specimen
-from rigs.way import Way, follow
+from rigs.analysis.cycles import stress_strain
+from rigs.control.path import AxisPath, follow
+from rigs.machines.rig import mount, pose, read
+from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
+from rigs.protocol.specimen import make_specimen
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.rig import Rig
-    from rigs.steps import Axis
-    from rigs.way import Step
+    from rigs.axes import Axis
+    from rigs.control.path import PathPoint
+    from rigs.machines.rig import Rig
 
 BALANCE = 1e-3
 
@@ -50,20 +50,22 @@ def protocol(**knit: Any) -> Protocol:  # noqa: ANN401 (whatever a specimen is m
     return Protocol(rig="sem-microgripper", specimen=spec, speed_ref="pair", others="free", steps=(ramp,))
 
 
-def drawn(test: Protocol, strain: float) -> tuple[Rig, Step]:
+def drawn(test: Protocol, strain: float) -> tuple[Rig, PathPoint]:
     rig, state = mount(make_specimen(test.specimen), test, machines_of(test))
     start: dict[Axis, float] = {"P": 0.0}
     goal: dict[Axis, float] = {"P": strain * rig.gauges["P"]}
-    *_, step = follow(rig, state, Way(start=start, goal=goal, longest=0.25, duration=0.0, options=None, go_on=False))
+    *_, step = follow(
+        rig, state, AxisPath(start=start, goal=goal, longest=0.25, duration=0.0, options=None, go_on=False)
+    )
     return rig, step
 
 
 @pytest.fixture(scope="module")
-def micro() -> tuple[Rig, Step]:
+def micro() -> tuple[Rig, PathPoint]:
     return drawn(protocol(), 0.12)
 
 
-def test_plates_clamp_every_node_inside_them(micro: tuple[Rig, Step]) -> None:
+def test_plates_clamp_every_node_inside_them(micro: tuple[Rig, PathPoint]) -> None:
     rig, step = micro
     lower, upper = rig.grips["P"]
     plates = plate_nodes(rig.specimen)
@@ -78,7 +80,7 @@ def test_plates_clamp_every_node_inside_them(micro: tuple[Rig, Step]) -> None:
     assert moved[upper.nodes] == pytest.approx(np.tile(moved[upper.nodes[0]], (len(upper.nodes), 1)), abs=1e-12)
 
 
-def test_the_gauge_is_the_gap_between_the_plates(micro: tuple[Rig, Step]) -> None:
+def test_the_gauge_is_the_gap_between_the_plates(micro: tuple[Rig, PathPoint]) -> None:
     rig, _ = micro
     gap = plate_nodes(rig.specimen).gap
     assert rig.gauges == {"P": gap}
@@ -91,7 +93,7 @@ def test_the_gauge_is_the_gap_between_the_plates(micro: tuple[Rig, Step]) -> Non
     assert gap < float(np.ptp(hooks.nodes[:, 2]))
 
 
-def test_substrate_and_gripper_feel_the_same_pull(micro: tuple[Rig, Step]) -> None:
+def test_substrate_and_gripper_feel_the_same_pull(micro: tuple[Rig, PathPoint]) -> None:
     rig, step = micro
     reading = read(rig, step.state)
     assert reading.force["P"] > 0.0
@@ -111,7 +113,7 @@ def test_a_micro_knit_is_its_macro_twin_by_modulus() -> None:
     assert stress(protocol()) == pytest.approx(stress(protocol(loop_width=8e-3)), rel=1e-6)
 
 
-def test_the_lower_plate_stands(micro: tuple[Rig, Step]) -> None:
+def test_the_lower_plate_stands(micro: tuple[Rig, PathPoint]) -> None:
     rig, _ = micro
     moved = (pose(rig, {"P": 1e-6}) - rig.mounted)[:, 2] * rig.work.model.scales.length
     lower, upper = rig.grips["P"]

@@ -12,20 +12,20 @@ import pytest
 from app.checkpoint import Origin, Saved, read_checkpoint, save
 from app.rig_data import machines_of
 from knitlab_core.materials import RelaxationTerm, Value, material_named
-from rigs.checkpoint import Checkpoint, put_back
-from rigs.experiment import perform
-from rigs.instruments import Zeroing
-from rigs.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target, Zero
+from rigs.control.checkpoint import Checkpoint, restore
+from rigs.control.experiment import perform
+from rigs.instruments.channels import Zeroing
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target, Zero
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Frame
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from rigs.experiment import Event
-    from rigs.steps import Step
+    from rigs.control.experiment import Event
+    from rigs.protocol.steps import Step
 
 SPEED: Final = 2e-4
 ORIGIN: Final = Origin(name="x", protocol="", materials="", facts={"seed": 1})
@@ -115,7 +115,7 @@ def test_a_test_goes_on_to_the_same_events_from_wherever_it_stood(name: str, tmp
         assert isinstance(checkpoint, Checkpoint)
         kept = filed(checkpoint, tmp_path / "checkpoint.h5")
         laid, _ = mount(specimen, protocol, machines, relaxed=False)
-        again = perform(put_back(laid, kept), kept.state, protocol, cursor=kept.cursor)
+        again = perform(restore(laid, kept), kept.state, protocol, cursor=kept.cursor)
         # To the end from the first and two others, a few events far from the rest.
         whole = number in {0, len(places) // 2, len(places) - 4}
         rest = list(again if whole else islice(again, 4))

@@ -17,9 +17,9 @@ from app.run_reader import RunReader
 from app.usecases import run_protocol
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.errors import FormatError
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
 from rigs.record import Outcome
-from rigs.rig import mount
 
 if TYPE_CHECKING:
     from pathlib import Path

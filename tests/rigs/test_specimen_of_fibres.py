@@ -14,18 +14,18 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, same_area
 from knitlab_core.materials import MATERIALS
 from knitlab_core.rods.section import yarn_section
-from rigs.experiment import perform
-from rigs.protocol import Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount, place_of, pose, without_edge
+from rigs.machines.shape import axial_strain
+from rigs.protocol.protocol import Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target
+from rigs.protocol.specimen import gauge_lengths, make_specimen
 from rigs.record import Equilibrium, Outcome
-from rigs.rig import mount, place_of, pose, without_edge
-from rigs.shape import axial_strain
-from rigs.specimen import gauge_lengths, make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
-    from rigs.rig import Rig
-    from rigs.steps import Step
+    from rigs.machines.rig import Rig
+    from rigs.protocol.steps import Step
 
 RADIUS = NAMED_STITCHES["stockinette-default"].fibre_radius
 PULL = Ramp(axes=BOTH, to=Target(kind="strain", value=0.1), rate=2e-4)

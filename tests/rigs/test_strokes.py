@@ -10,8 +10,9 @@ from rigs.logs.strokes import counts, rises, segments
 from tests.rigs.hand_made import frame
 
 if TYPE_CHECKING:
-    from rigs.record import FloatArray, Phase
-    from rigs.samples import Samples
+    from rigs.axes import FloatArray
+    from rigs.instruments.samples import Samples
+    from rigs.record import Phase
 
 # Phase and samples of it, none for a whole stroke.
 STROKE: tuple[tuple[Phase, int], ...] = (("Stretch", 0), ("Hold", 5), ("Recover", 0))

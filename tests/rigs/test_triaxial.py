@@ -13,23 +13,23 @@ from app.runs import RunWriter
 from app.schemas import ProtocolError, loads
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
-from rigs.catalogue import CATALOGUE
-from rigs.experiment import perform
-from rigs.fixtures import COORDINATE
-from rigs.instruments import measure
-from rigs.protocol import Protocol, Ramp, SpecimenSpec, Target
+from rigs.axes import COORDINATE
+from rigs.control.experiment import perform
+from rigs.control.path import AxisPath, follow
+from rigs.instruments.channels import measure
+from rigs.instruments.signals import Curve
+from rigs.machines.rig import mount, pose, read
+from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome, trace_of
-from rigs.rig import mount, pose, read
-from rigs.signals import Curve
-from rigs.specimen import make_specimen
-from rigs.way import Way, follow
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from knitlab_core.equilibrium.model import State
-    from rigs.rig import Rig
-    from rigs.steps import Axis
+    from rigs.axes import Axis
+    from rigs.machines.rig import Rig
 
 AXES: tuple[Axis, ...] = ("C", "W", "P")
 
@@ -198,7 +198,7 @@ def apart() -> tuple[Rig, State, State]:
     for pile in (0.1, 0.3):
         strain = {"C": 0.12, "W": 0.12, "P": pile}
         goal = {axis: strain[axis] * rig.gauges[axis] for axis in AXES}
-        way = Way(start=before, goal=goal, longest=0.25, duration=0.0, options=None, go_on=False)
+        way = AxisPath(start=before, goal=goal, longest=0.25, duration=0.0, options=None, go_on=False)
         *_, step = follow(rig, state, way)
         state, before = step.state, goal
         found.append(state)

@@ -10,10 +10,10 @@ from app.rig_data import read_machine
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.poles import pole_forces
 from knitlab_core.errors import SpecificationError
-from rigs.fixtures import COORDINATE
-from rigs.protocol import Cycle, Zero
-from rigs.rig import pose, read
-from rigs.shape import axial_strain, bending_strain, contact_force, wire_ends
+from rigs.axes import COORDINATE
+from rigs.machines.rig import pose, read
+from rigs.machines.shape import axial_strain, bending_strain, contact_force, wire_ends
+from rigs.protocol.protocol import Cycle, Zero
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.arrays import FloatArray
     from knitlab_core.equilibrium.model import State
-    from rigs.rig import Rig
+    from rigs.machines.rig import Rig
 
     Mounted = tuple[Rig, State]
 

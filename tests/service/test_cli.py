@@ -18,7 +18,7 @@ from tests.synthetic_run import make_run
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.limits import LimitCrossing
+    from rigs.analysis.material_limits import LimitCrossing
     from rigs.step_record import StepRecord
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -10,7 +10,7 @@ from app.knitlab_client.answers import progress_of
 from app.service.api.models import ProgressView
 from app.service.child import _Watch
 from app.service.folder import JobFolder
-from rigs.limits import MaterialLimit
+from rigs.analysis.material_limits import MaterialLimit
 from tests.synthetic_run import SIZE, rows
 
 if TYPE_CHECKING:

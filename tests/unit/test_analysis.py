@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from rigs.analysis import (
+from rigs.analysis.cycles import (
     branch,
     cycle_figures,
     cycle_work,
@@ -22,7 +22,7 @@ from rigs.record import trace_of
 from tests.synthetic_run import SIZE, rows
 
 if TYPE_CHECKING:
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 # A parallelogram: loads with slope 2 above an offset of 1, unloads with slope 2 from it.
 STRAIN = np.array([0.0, 0.0, 0.5, 0.5, 0.0])

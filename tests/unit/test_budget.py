@@ -10,11 +10,11 @@ from app.budget import BAND, budget_of, fibre_line, fibre_strain
 from app.check import Plan, dry_run
 from app.schemas import loads
 from knitlab_core.knits import NAMED_STITCHES, locking_strain, yarn_per_loop
-from rigs.motion import Stroke
-from rigs.specimen import SpecimenSpec
+from rigs.control.strokes import Stroke
+from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:
-    from rigs.steps import Axis
+    from rigs.axes import Axis
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 MATERIALS = """

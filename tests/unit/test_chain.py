@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.rig_data import read_machine
-from rigs.instruments import Channel, Instrument, Zeroing, measure
-from rigs.machine import instrument_of, instruments_of
-from rigs.protocol import LogSpec
-from rigs.record import FloatArray, Trace
-from rigs.signals import Lag, drift, stamps, true_times
+from rigs.instruments.channels import Channel, Instrument, Zeroing, measure
+from rigs.instruments.signals import Lag, drift, stamps, true_times
+from rigs.machines.machine import instrument_of, instruments_of
+from rigs.protocol.protocol import LogSpec
+from rigs.record import Trace
 
 if TYPE_CHECKING:
-    from rigs.catalogue import MachineName
-    from rigs.steps import Axis
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.catalogue import MachineName
 
 STEP = 0.1
 TIME: FloatArray = STEP * np.arange(80.0)

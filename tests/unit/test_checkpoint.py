@@ -20,11 +20,11 @@ from knitlab_core.contact.bonds import BondState
 from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
 from knitlab_core.errors import FormatError, SpecificationError
-from rigs.checkpoint import Checkpoint
-from rigs.controller import Memory
-from rigs.cursor import END, START, Cursor, Place
-from rigs.instruments import Zeroing
-from rigs.motion import Course
+from rigs.control.checkpoint import Checkpoint
+from rigs.control.controller import Memory
+from rigs.control.resume_point import END, START, PathPosition, ResumePoint
+from rigs.control.strokes import History
+from rigs.instruments.channels import Zeroing
 from tests.synthetic_run import frame, row
 from tests.unit.equilibrium.strands import strand
 from tests.unit.test_runs import writer
@@ -38,9 +38,9 @@ ORIGIN = Origin(name="ü", protocol="name: ü\n", materials="", facts={"seed": 1
 
 def saved(**more: object) -> Saved:
     _, state = strand()
-    cursor = Cursor(
+    cursor = ResumePoint(
         memory=Memory(
-            course=Course(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
+            course=History(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
             tare={"C": 1.0 / 7.0},
             shown={},
             first={"C": 0.0},
@@ -52,7 +52,7 @@ def saved(**more: object) -> Saved:
         begun=1.5,
         leg=2,
         origin={"C": 1.0 / 3.0, "W": 0.0},
-        place=Place(begin=0.1, at=0.7, step=0.05),
+        place=PathPosition(begin=0.1, at=0.7, step=0.05),
         variables={"share": 0.3, "stop_C": 1e-3},
         last=replace(row(2.0, 0.1, 1, "Stretch"), residual=float("inf"), tag="ü"),
     )
@@ -97,8 +97,8 @@ def test_a_tree_without_a_field_is_refused(tmp_path: Path) -> None:
             fetch(file["state"], State)
 
 
-@pytest.mark.parametrize(("place", "share"), [(START, 0.0), (END, 1.0), (Place(begin=0.4, at=0.5), 0.7)])
-def test_a_place_says_how_far_it_is(place: Place, share: float) -> None:
+@pytest.mark.parametrize(("place", "share"), [(START, 0.0), (END, 1.0), (PathPosition(begin=0.4, at=0.5), 0.7)])
+def test_a_place_says_how_far_it_is(place: PathPosition, share: float) -> None:
     assert place.share == pytest.approx(share, abs=1e-15)
     assert replace(place, at=1.0).share == 1.0
 

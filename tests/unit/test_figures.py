@@ -8,8 +8,8 @@ import pytest
 from app.figures import energy_balance_error, run_figures, zeroed
 from app.provenance import provenance
 from app.rig_data import machines_of
-from rigs.instruments import Zeroing
-from rigs.protocol import Cycle, Protocol, SpecimenSpec
+from rigs.instruments.channels import Zeroing
+from rigs.protocol.protocol import Cycle, Protocol, SpecimenSpec
 from rigs.record import Equilibrium, Phase, SpecimenSize, trace_of
 
 SIZE = SpecimenSize(extents={"C": 0.04, "W": 0.05, "P": 1e-3}, fibre_radius=4e-4)

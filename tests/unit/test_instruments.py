@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
-from rigs.instruments import Channel, Instrument, Zeroing, measure, overloaded
-from rigs.record import FloatArray, Trace, trace_of
-from rigs.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
-from rigs.ticks import Stretch, ticks
+from rigs.axes import FloatArray
+from rigs.instruments.channels import Channel, Instrument, Zeroing, measure, overloaded
+from rigs.instruments.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
+from rigs.instruments.ticks import Stretch, ticks
+from rigs.record import Trace, trace_of
 from tests.synthetic_run import row, rows, stage_instrument
 
 STAGE = stage_instrument()

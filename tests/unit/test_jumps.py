@@ -10,17 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigs.instruments import Instrument, measure, measured_parts
+from rigs.instruments.channels import Instrument, measure, measured_parts
+from rigs.instruments.samples import merged
 from rigs.jumps import joined, jump_times, jumped, parted
 from rigs.logs.catalogue import LOGS
 from rigs.logs.logged import Logged
 from rigs.logs.writer import write_log
 from rigs.record import trace_of
-from rigs.samples import merged
 from tests.synthetic_run import SIZE, row, stage_instrument
 
 if TYPE_CHECKING:
-    from rigs.record import Equilibrium, FloatArray, Trace
+    from rigs.axes import FloatArray
+    from rigs.record import Equilibrium, Trace
 
 PEAK, DROP, AT = 2.0, 0.5, 1.234
 """Force before and after the jump [N], and its time [s]."""

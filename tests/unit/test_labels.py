@@ -11,7 +11,7 @@ from app.provenance import provenance
 from app.rig_data import machines_of
 from app.schemas import load, loads, to_yaml
 from knitlab_core.knits import same_area
-from rigs.specimen import SpecimenSpec, make_specimen
+from rigs.protocol.specimen import SpecimenSpec, make_specimen
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PLAIN = load(EXAMPLES / "biaxial_small.yaml").protocol

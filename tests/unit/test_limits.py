@@ -10,8 +10,8 @@ import pytest
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
-from rigs.limits import MaterialLimit, crossings, limits_of
-from rigs.specimen import SpecimenSpec
+from rigs.analysis.material_limits import MaterialLimit, crossings, limits_of
+from rigs.protocol.specimen import SpecimenSpec
 from tests.synthetic_run import SIZE, make_run, rows
 
 if TYPE_CHECKING:

@@ -14,20 +14,21 @@ from app.export import export_log
 from app.run_reader import MOST_SHOWN, RunReader
 from app.schemas import load, loads
 from knitlab_core.errors import SpecificationError
-from rigs.instruments import measure, measured_parts
-from rigs.log_rate import stretches_of
-from rigs.protocol import Cycle, Hold, LogSpec, Protocol, Ramp, SpecimenSpec, StepLog, Target, Zero
+from rigs.control.log_rate import stretches_of
+from rigs.instruments.channels import measure, measured_parts
+from rigs.instruments.samples import thinned
+from rigs.instruments.ticks import Stretch, ticks
+from rigs.protocol.protocol import Cycle, Hold, LogSpec, Protocol, Ramp, SpecimenSpec, StepLog, Target, Zero
 from rigs.record import Outcome, trace_of
-from rigs.samples import thinned
-from rigs.ticks import Stretch, ticks
 from tests.synthetic_run import row, rows, stage_instrument
 from tests.unit.test_runs import writer
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.record import FloatArray, Trace
-    from rigs.steps import Axis, Step
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.steps import Step
+    from rigs.record import Trace
 
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
 CYCLES = Cycle(axes=("C", "W"), lower=0.0, upper=0.4, rate=2e-4, n=7)
@@ -101,7 +102,7 @@ def test_a_step_has_a_rate_of_its_own() -> None:
 
 def dry_time(test: Protocol) -> float:
     """Return rows a second as planned [Hz]."""
-    from rigs.plan import planned_duration, planned_rows  # noqa: PLC0415
+    from rigs.control.plan import planned_duration, planned_rows  # noqa: PLC0415
 
     gauges: dict[Axis, float] = {"C": 0.016, "W": 0.0189}
     return planned_rows(test, gauges) / planned_duration(test, gauges)

@@ -1,16 +1,14 @@
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import pytest
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
-from rigs.leaves import leaves
-from rigs.motion import PRELOAD_REACH, Planner, Sight, Stroke
-from rigs.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
-from rigs.protocol import (
-    Axis,
+from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
+from rigs.control.strokes import PRELOAD_REACH, Planner, Readings, Stroke
+from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
     Hold,
@@ -28,7 +26,11 @@ from rigs.protocol import (
     UntilRupture,
     Zero,
 )
-from rigs.specimen import gauge_lengths
+from rigs.protocol.specimen import gauge_lengths
+from rigs.protocol.unrolled import unrolled
+
+if TYPE_CHECKING:
+    from rigs.axes import Axis
 
 GAUGES: dict[Axis, float] = {"C": 0.05, "W": 0.04}
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
@@ -138,14 +140,14 @@ def test_displacement_targets_are_of_the_pair() -> None:
 
 def test_strokes_start_from_what_the_controller_sees() -> None:
     plan = protocol(Preload(axes=("C",), force=0.05, rate=1e-4), Zero(), to_strain(0.1, "C"))
-    planner, (preload_step, zero_step, ramp_step) = Planner(protocol=plan, gauges=GAUGES), leaves(plan.steps)
-    sight = Sight(displacement={"C": 0.0, "W": 0.0}, force={"C": 0.0, "W": 0.0})
+    planner, (preload_step, zero_step, ramp_step) = Planner(protocol=plan, gauges=GAUGES), unrolled(plan.steps)
+    sight = Readings(displacement={"C": 0.0, "W": 0.0}, force={"C": 0.0, "W": 0.0})
     course = planner.begin()
     preload = planner.stroke(preload_step, 0, course, sight)
     assert preload is not None
     assert (preload.phase, preload.stop_force) == ("Preload", 0.05)
     assert preload.end["C"] == pytest.approx(PRELOAD_REACH * GAUGES["C"])
-    met = Sight(displacement={"C": 0.001, "W": 0.0}, force={"C": 0.05, "W": 0.0})
+    met = Readings(displacement={"C": 0.001, "W": 0.0}, force={"C": 0.05, "W": 0.0})
     zero = planner.stroke(zero_step, 0, course.after(preload, met), met)
     assert zero is not None
     assert zero.start == {"C": 0.001, "W": 0.0}

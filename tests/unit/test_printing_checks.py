@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from rigs.printer_data import PrinterData
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
+    from rigs.machines.printer import PrinterData
 
 ERROR = 0.01
 

@@ -19,7 +19,7 @@ from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, Specimen, closest_approach, planar_specimen
 
 if TYPE_CHECKING:
-    from rigs.record import FloatArray
+    from rigs.axes import FloatArray
 
 
 @cache

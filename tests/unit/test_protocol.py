@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from rigs.protocol import (
+from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
     Hold,

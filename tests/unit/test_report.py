@@ -17,7 +17,7 @@ from app.tubes import smooth_curve, tube
 from app.views import FROM_A_CORNER, FROM_ABOVE
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
-from rigs.limits import MaterialLimit
+from rigs.analysis.material_limits import MaterialLimit
 from tests.synthetic_run import PROTOCOL, SIZE, frame, knit_nodes, make_run, rows
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigs.roots import FloatArray, find_root
+from rigs.control.root_finding import FloatArray, find_root
 
 
 def box(low: float, high: float, size: int = 1) -> FloatArray:

@@ -17,9 +17,9 @@ from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from knitlab_core.errors import FormatError, SpecificationError
-from rigs.catalogue import MachineName
-from rigs.instruments import Instrument, measure
-from rigs.machine import instrument_of
+from rigs.instruments.channels import Instrument, measure
+from rigs.machines.machine import instrument_of
+from rigs.protocol.catalogue import MachineName
 from rigs.record import Outcome, trace_of, units
 from tests.synthetic_run import BOTH, PROTOCOL, SIZE, knit_nodes, make_run, row, rows, stage_instrument
 

@@ -10,7 +10,7 @@ import pytest
 from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, to_yaml
 from knitlab_core.errors import GeometryError
 from knitlab_core.knits import NAMED_STITCHES, Stitch, VolumetricStitch, Yarn, same_area
-from rigs.protocol import Cycle, Ramp, Zero
+from rigs.protocol.protocol import Cycle, Ramp, Zero
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -10,7 +10,8 @@ from app.run_layout import make_record
 from app.run_reader import RunReader
 from app.runs import RunWriter
 from app.vtkhdf import growing
-from rigs.record import FloatArray, Frame, Phase
+from rigs.axes import FloatArray
+from rigs.record import Frame, Phase
 from tests.synthetic_run import BOTH, SIZE, make_run, row, stage_instrument
 
 STRANDS = (5, 7)

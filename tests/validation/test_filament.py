@@ -11,12 +11,12 @@ import pytest
 
 from app.rig_data import machines_of
 from app.schemas import ProtocolError, from_yaml, to_yaml
-from rigs.analysis import stress_strain
-from rigs.experiment import perform
-from rigs.instruments import Zeroing, measure
+from rigs.analysis.cycles import stress_strain
+from rigs.control.experiment import perform
+from rigs.instruments.channels import Zeroing, measure
+from rigs.machines.rig import mount
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,18 +15,17 @@ import pytest
 
 from app.rig_data import machines_of
 from knitlab_core.equilibrium.newton import Options
-from rigs.analysis import branch, loop_area
-from rigs.experiment import perform
-from rigs.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero
+from rigs.analysis.cycles import branch, loop_area
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero
+from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Trace, trace_of
-from rigs.rig import mount
-from rigs.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.record import FloatArray
-    from rigs.steps import Axis
+    from rigs.axes import Axis, FloatArray
 
 BOTH: tuple[Axis, ...] = ("C", "W")
 CYCLES = 4

@@ -18,9 +18,9 @@ from app.check import build_specimen
 from app.rig_data import machines_of
 from app.schemas import loads
 from knitlab_core.equilibrium.workspace import Workspace
-from rigs.experiment import perform
+from rigs.control.experiment import perform
+from rigs.machines.rig import mount
 from rigs.record import Outcome
-from rigs.rig import mount
 from tests.contact_scenes import sampled
 
 if TYPE_CHECKING:

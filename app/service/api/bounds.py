@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from app.check import shape_of
 from app.service.api.problems import beyond
-from rigs.protocol import stroke_count
+from rigs.protocol.protocol import stroke_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigs.protocol import Protocol
-    from rigs.specimen import SpecimenSpec
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from anyio.to_thread import run_sync
 
 from app.service.api.bounds import Bounds, check_protocol, node_count
-from rigs.protocol import stroke_count
+from rigs.protocol.protocol import stroke_count
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from app.service.api.bodies import Submission
     from app.service.api.context import Context
     from app.service.api.turns import Turns
-    from rigs.protocol import Protocol
+    from rigs.protocol.protocol import Protocol
 
 Found = TypeVar("Found")
 

@@ -93,14 +93,14 @@ def kinked() -> Scene:
     return Scene(knit.model, knit.start, lambda s: knit.target(0.25 * s), 0.1)
 
 
-def leaves(value: object) -> Iterator[object]:
+def unrolled(value: object) -> Iterator[object]:
     """Yield every number and array in a state."""
     if is_dataclass(value):
         for field in fields(value):
-            yield from leaves(getattr(value, field.name))
+            yield from unrolled(getattr(value, field.name))
     elif isinstance(value, tuple):
         for part in value:
-            yield from leaves(part)
+            yield from unrolled(part)
     else:
         yield value
 
@@ -112,7 +112,7 @@ def carried_of(work: Workspace) -> Carried:
 
 
 def assert_same(state: object, other: object) -> None:
-    for one, two in zip(leaves(state), leaves(other), strict=True):
+    for one, two in zip(unrolled(state), unrolled(other), strict=True):
         if isinstance(one, np.ndarray):
             assert isinstance(two, np.ndarray)
             assert one.dtype == two.dtype

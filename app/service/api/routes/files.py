@@ -21,8 +21,8 @@ from app.service.api.problems import ProblemError
 from app.service.api.transfer import transfer
 from app.service.jobs import JobSpec
 from knitlab_core.errors import FormatError, SpecificationError
-from rigs.catalogue import CATALOGUE
 from rigs.logs.catalogue import LOGS, defaults
+from rigs.protocol.catalogue import CATALOGUE
 
 router = APIRouter(prefix="/v1/jobs/{job}", tags=["files"])
 

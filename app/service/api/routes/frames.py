@@ -15,8 +15,8 @@ from app.service.api.context import Here
 from app.service.api.models import Answer, JobId, problems
 from app.service.api.problems import ProblemError
 from app.vtkhdf import GROUP, count_frames, read_frame
+from rigs.axes import AXES
 from rigs.record import PHASES
-from rigs.steps import AXES
 
 router = APIRouter(prefix="/v1/jobs/{job}/frames", tags=["files"])
 

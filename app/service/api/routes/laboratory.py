@@ -21,8 +21,8 @@ from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
 from app.tables import materials_data, specimen_data
-from rigs.catalogue import CATALOGUE, MachineName
 from rigs.logs.catalogue import LOGS
+from rigs.protocol.catalogue import CATALOGUE, MachineName
 
 router = APIRouter(tags=["laboratory"])
 

@@ -1,0 +1,31 @@
+"""Axes of a rig and of a knit, and the types of arrays in this wing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from knitlab_core.knits import SiteSet
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+
+Axis: TypeAlias = Literal["C", "W", "P"]
+
+AXES: Final[tuple[Axis, ...]] = ("C", "W", "P")
+"""Directions of a knit: course x, wale y, pile z."""
+
+COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1, "P": 2}
+"""Coordinate that an axis drives."""
+
+SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
+    "C": ("course-", "course+"),
+    "W": ("wale-", "wale+"),
+    "P": ("pile-", "pile+"),
+}
+"""Boundary sites on either side of the centre, along each axis."""

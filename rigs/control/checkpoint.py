@@ -1,0 +1,59 @@
+"""All that a test needs to go on from a row, and a rig put back to where it stood there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from knitlab_core.equilibrium.rupture import sever
+from knitlab_core.equilibrium.workspace import Workspace
+
+if TYPE_CHECKING:
+    from knitlab_core.equilibrium.carried import Carried
+    from knitlab_core.equilibrium.model import State
+    from rigs.axes import FloatArray
+    from rigs.control.resume_point import ResumePoint
+    from rigs.machines.rig import Rig
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checkpoint:
+    """Hold all that a test needs to go on from a row; nothing in it changes later.
+
+    Attributes
+    ----------
+    cursor : ResumePoint
+        Where in its protocol it stands.
+    state : State
+        The specimen's state.
+    carried : Carried
+        What the solver carries from step to step.
+    mounted : FloatArray, shape (N, 4)
+        The unknowns when the specimen was mounted [r], [rad]; see `Rig`.
+    severed : tuple of int
+        The edges that broke, in order.
+    """
+
+    cursor: ResumePoint
+    state: State
+    carried: Carried
+    mounted: FloatArray
+    severed: tuple[int, ...]
+
+
+def checkpoint_of(rig: Rig, state: State, cursor: ResumePoint) -> Checkpoint | None:
+    """Return the checkpoint of a test; None before its first equilibrium."""
+    carried = rig.work.carried
+    if carried is None:
+        return None
+    return Checkpoint(cursor=cursor, state=state, carried=carried, mounted=rig.mounted, severed=rig.severed)
+
+
+def restore(rig: Rig, checkpoint: Checkpoint) -> Rig:
+    """Return a rig, freshly put together, as it stood at a checkpoint: what broke is broken."""
+    model = rig.work.model
+    for edge in checkpoint.severed:
+        model = sever(model, edge)
+    work = Workspace(model)
+    work.go_on(checkpoint.carried)
+    return replace(rig, work=work, mounted=checkpoint.mounted, severed=checkpoint.severed)

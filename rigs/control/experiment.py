@@ -1,0 +1,235 @@
+"""Run a test: set-point, pose, equilibrium, what the carriages feel, one row of the record.
+
+`perform` yields what happens as it happens and knows no files; whoever iterates writes it down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeAlias
+
+from knitlab_core.equilibrium.march import Failure
+from knitlab_core.errors import ConvergenceError
+from rigs.control.checkpoint import Checkpoint
+from rigs.control.controller import controller_of
+from rigs.control.displacement_control import control_displacement, hold, hold_marks, image_shares, inner_marks
+from rigs.control.force_control import control_force
+from rigs.control.resume_point import ResumePoint
+from rigs.control.session import Session
+from rigs.control.stop_criteria import StopReason, stop_criteria_of
+from rigs.control.strokes import Planner, Stroke
+from rigs.instruments.channels import Zeroing
+from rigs.machines.rig import place_of
+from rigs.protocol.steps import Image, UntilRupture
+from rigs.protocol.unrolled import unrolled
+from rigs.record import Equilibrium, Frame, Outcome
+from rigs.step_record import StepRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator
+
+    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.newton import Options
+    from rigs.control.stop_criteria import StopCriteria
+    from rigs.machines.rig import Rig
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.unrolled import UnrolledStep
+
+Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Outcome
+
+
+def perform(
+    rig: Rig, state: State, protocol: Protocol, *, options: Options | None = None, cursor: ResumePoint | None = None
+) -> Iterator[Event]:
+    """Carry out a protocol on a mounted specimen.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig with the specimen on it.
+    state : State
+        The specimen as mounted.
+    protocol : Protocol
+        The test.
+    options : Options, optional
+        How hard the solver tries.
+    cursor : ResumePoint, optional
+        Where the test stands that is to go on, with the rig and the state there; by default it begins.
+
+    Yields
+    ------
+    Equilibrium, Checkpoint, Frame, Zeroing, StepRecord or Outcome
+        Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A step is
+        recorded when it begins, as if it were aborted, and when it ends. A limit that trips and an equilibrium that is
+        not found are outcomes: what was yielded before stands. A checkpoint follows every row from which the test can
+        go on.
+    """
+    planner = Planner(protocol=protocol, gauges=rig.gauges)
+    controller = controller_of(rig, seed=protocol.log.seed, noise=protocol.log.noise)
+    session = Session(
+        rig=rig,
+        state=state,
+        controller=controller,
+        increment=protocol.max_strain_increment,
+        options=options,
+        go_on=protocol.specimen.rupture == "go on",
+        cursor=ResumePoint(memory=controller.begin(planner.begin())) if cursor is None else cursor,
+    )
+    try:
+        outcome = yield from _with_checkpoints(session, _carry_out(session, planner))
+    except ConvergenceError as error:
+        outcome = Outcome(end="diverged", message=_account(session, error))
+    if outcome.end != "target":
+        yield session.frame()
+    yield replace(outcome, unfinished=session.uncounted())
+
+
+def _with_checkpoints(session: Session, events: Generator[Event, None, Outcome]) -> Generator[Event, None, Outcome]:
+    """Add a checkpoint after every row from which the test can go on."""
+    while True:
+        try:
+            event = next(events)
+        except StopIteration as end:
+            outcome: Outcome = end.value
+            return outcome
+        yield event
+        if isinstance(event, Equilibrium):
+            checkpoint = session.checkpoint()
+            if checkpoint is not None:
+                yield checkpoint
+
+
+def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Outcome]:
+    """Do every step of a protocol that is left; return how the test ended."""
+    if session.last is None:
+        still = Stroke(start=session.crosshead, end=session.crosshead, duration=0.0, phase="Zero", cycle=1, force={})
+        yield session.accept(session.reach(session.displacement), still, session.crosshead)
+        yield session.frame()
+    done = Outcome(end="target")
+    for leaf in unrolled(planner.protocol.steps):
+        if leaf.number < session.cursor.leaf:
+            continue
+        ending = yield from _do_step(session, planner, leaf)
+        if ending is not None and ending.test:
+            return Outcome(end=ending.end, message=ending.message)
+        if ending is not None and ending.end in {"rupture", "slipped"} and isinstance(leaf.step, UntilRupture):
+            done = Outcome(end=ending.end, message=ending.message)
+    return done
+
+
+def _do_step(session: Session, planner: Planner, leaf: UnrolledStep) -> Generator[Event, None, StopReason | None]:
+    """Do one step, or what is left of it; return how it ended if not at its target."""
+    begins = leaf.number > session.cursor.leaf or session.cursor.sight is None
+    if begins:
+        session.remember(session.controller.start_step(session.memory, session.time))
+        session.cursor = replace(session.cursor, leaf=leaf.number, stroke=0, sight=None)
+    record = StepRecord(
+        number=leaf.number, place=leaf.place, tag=leaf.tag, start=session.memory.since, time=session.time, end="abort"
+    )
+    if begins:
+        yield record
+    if isinstance(leaf.step, Image):
+        yield from _picture(session, leaf.step)
+    try:
+        ending = yield from _do_strokes(session, planner, leaf)
+    except ConvergenceError as error:
+        yield replace(record, time=session.time, end="diverged", message=_account(session, error))
+        raise
+    if ending is None and isinstance(leaf.step, UntilRupture):
+        ending = StopReason(end="limit", message="no rupture on the way")
+    done = StopReason(end="target", message="") if ending is None else ending
+    yield replace(record, time=session.time, end=done.end, message=done.message)
+    return ending
+
+
+def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Generator[Event, None, StopReason | None]:
+    """Do the strokes of a step that are left; return what ended it, if anything did."""
+    for index in range(session.cursor.stroke, leaf.strokes):
+        if index > session.cursor.stroke:
+            session.cursor = replace(session.cursor, stroke=index, sight=None)
+        under_way = session.cursor.sight
+        sight = under_way or session.sight()
+        stroke = planner.stroke(leaf, index, session.memory.course, sight)
+        if stroke is None:
+            continue
+        watch = stop_criteria_of(leaf, stroke, session.rig.gauges)
+        ending = None
+        if under_way is None:
+            if index == 0 and (met := watch.met_before(session.memory, session.crosshead)) is not None:
+                return met
+            session.begin(sight)
+        else:
+            ending = watch.met(session.controller, session.memory, session.crosshead)
+        if ending is None:
+            ending = yield from _do(session, stroke, watch)
+        else:
+            # The row that the test goes on from was the step's last.
+            yield session.frame()
+        after = session.memory.course.after(stroke, session.sight())
+        session.remember(replace(session.memory, course=after))
+        if ending is not None:
+            return ending
+    return None
+
+
+def _picture(session: Session, step: Image) -> Iterator[Event]:
+    """Take a picture, or begin or end a series of them."""
+    if step.every is not None:
+        every = None if step.every == "off" else step.every
+        session.remember(replace(session.memory, every=every, image_since=session.time, image_tag=step.tag))
+    if step.every != "off":
+        yield session.pictured(step.tag)
+
+
+def _do(session: Session, stroke: Stroke, watch: StopCriteria) -> Generator[Event, None, StopReason | None]:
+    """Do one stroke; return what ended its step, if anything did."""
+    if stroke.phase == "Zero":
+        # A specimen that stands still keeps its equilibrium: nothing to solve, nothing to drift.
+        if session.last is not None and session.last.phase != "Zero":
+            yield session.stand(stroke)
+        if "force" in stroke.channels:
+            session.remember(session.controller.zero(session.memory))
+        yield Zeroing(time=session.time, kinds=frozenset(stroke.channels))
+        return None
+    tripped = _too_fast(session, stroke)
+    if tripped is not None:
+        return tripped
+    elastic = session.rig.work.model.relaxation is None
+    straight = all(train.rigid for train in session.rig.trains.values()) and not (stroke.force or stroke.free)
+    if stroke.phase == "Hold" and (elastic or straight):
+        return (yield from hold(session, stroke, watch))
+    seeks = stroke.stop_force is not None or (watch.until is not None and watch.until.force is not None)
+    if straight and not seeks:
+        return (yield from control_displacement(session, stroke, watch))
+    marks = hold_marks(session, stroke) if stroke.phase == "Hold" else inner_marks(stroke, session.rig.gauges)
+    ending = yield from control_force(
+        session, stroke, watch, marks, image_shares(stroke, session.memory, session.cursor.begun)
+    )
+    if ending is None or not ending.test:
+        yield session.frame()
+    return ending
+
+
+def _too_fast(session: Session, stroke: Stroke) -> StopReason | None:
+    """Return the ending of a test whose machine has no such speed."""
+    for axis, train in session.rig.trains.items():
+        way = abs(stroke.end[axis] - stroke.start[axis])
+        speed = way / stroke.duration if stroke.duration > 0.0 else 0.0
+        if speed > train.fastest * (1.0 + 1e-9):
+            has = f"speed: axis {axis} would move at {1e3 * speed:.4g} mm/s, limit {1e3 * train.fastest:.4g} mm/s"
+            return StopReason(end="limit", message=has, test=True)
+    return None
+
+
+def _account(session: Session, error: ConvergenceError) -> str:
+    """Say where the axes stood and where on the yarn, in the words of a knitter, no equilibrium was found."""
+    failure = error.report
+    if not isinstance(failure, Failure):
+        return str(error)
+    report = failure.report
+    x, y, z = (1e3 * coordinate for coordinate in failure.position)
+    return (
+        f"no equilibrium beyond {session.whereabouts()}: after {report.iterations} iterations at the shortest step "
+        f"{report.residual:.1e} of the mean fixture force is left at node {report.node} "
+        f"(x {x:.2f}, y {y:.2f}, z {z:.2f} mm), {place_of(session.rig, report.node)} of the yarn"
+    )

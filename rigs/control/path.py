@@ -1,0 +1,229 @@
+"""Follow a straight way of the axes from equilibrium to equilibrium, and break the fibres that break on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
+from knitlab_core.equilibrium.snapping import jumps_between
+from knitlab_core.equilibrium.step_control import Pace
+from knitlab_core.errors import ConvergenceError
+from rigs.control.resume_point import START, PathPosition
+from rigs.machines.rig import most_strained, pose, without_edge
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.newton import Options, Report
+    from knitlab_core.equilibrium.rupture import Spot
+    from rigs.axes import Axis, FloatArray
+    from rigs.control.resume_point import Displacement
+    from rigs.machines.rig import Rig
+
+MOST_BREAKS: Final = 100
+"""Fibres that may break one after the other with the carriages where they are; beyond, the specimen is torn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathPoint:
+    """Hold one equilibrium on a way.
+
+    Attributes
+    ----------
+    share : float
+        How far along the way it lies [1].
+    displacement : Mapping
+        Where the axes stand [m].
+    state, report
+        The specimen's state, and how its search went.
+    rig : Rig
+        The rig there; another one after a fibre broke.
+    broken : Spot or None
+        Where a fibre breaks at this equilibrium.
+    final : bool
+        Whether the test ends with that break.
+    place : PathPosition or None
+        From where the way can be gone on; None where a fibre breaks.
+    peaks : tuple of PathPoint
+        The equilibria right before the specimen jumped on a way that was gone at once, without the one at its start.
+    """
+
+    share: float
+    displacement: Displacement
+    state: State
+    report: Report
+    rig: Rig
+    broken: Spot | None = None
+    final: bool = False
+    place: PathPosition | None = None
+    peaks: tuple[PathPoint, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AxisPath:
+    """Describe a straight way of the axes: its ends [m], its time [s], and how it is gone.
+
+    Attributes
+    ----------
+    start, goal : Mapping
+        Where the axes stand, and where they shall [m].
+    longest : float
+        Longest step, as a share of the way.
+    duration : float
+        Time it takes, at an even pace [s]; it matters only to yarn that relaxes.
+    options : Options or None
+        How hard the solver tries.
+    go_on : bool
+        Whether it goes on after a fibre broke.
+    """
+
+    start: Displacement
+    goal: Displacement
+    longest: float
+    duration: float
+    options: Options | None
+    go_on: bool
+
+    def target(self, rig: Rig, share: float) -> FloatArray:
+        """Return the target (N, 4) of what is held [r] at a share of the way."""
+        return pose(rig, between(self.start, self.goal, share))
+
+
+def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, float]:
+    """Return the displacements at a share of a straight way; exact at both ends, and where an axis stands still."""
+    if share == 1.0:
+        return dict(end)
+    return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
+
+
+def peaks_of(steps: Sequence[PathPoint]) -> tuple[PathPoint, ...]:
+    """Return the equilibria after which the specimen jumps, of several jumps at one place that before the first."""
+    jumps = [False, *(jumps_between(before.state, after.state) for before, after in pairwise(steps))]
+    return tuple(steps[k] for k, jump in enumerate(jumps[1:]) if jump and not jumps[k])
+
+
+def follow(rig: Rig, state: State, way: AxisPath, place: PathPosition = START) -> Iterator[PathPoint]:
+    """Yield the equilibria on a way, or those after a place on it.
+
+    Where a fibre breaks, the equilibrium at which it does is one of them, and so is the one after it at the same
+    place, where there is one; a test that does not go on ends with it.
+    """
+    while place.share < 1.0:
+        broken, at = None, place.share
+        for step in _whole(rig, state, way, place):
+            if _breaks(rig, step.state):
+                broken = _cut_short(rig, state, way, at, step)
+                break
+            state, at = step.state, step.share
+            yield step
+        if broken is None:
+            return
+        after = _after(broken, way)
+        yield replace(broken, final=after is None)
+        if after is None:
+            return
+        yield after
+        if after.final:
+            return
+        rig, state, place = after.rig, after.state, PathPosition(begin=after.share)
+
+
+def _whole(rig: Rig, state: State, way: AxisPath, place: PathPosition) -> Iterator[PathPoint]:
+    """Yield the equilibria from a place on a way to its end, as if nothing broke."""
+    left, pace = 1.0 - place.begin, Pace(at=place.at, step=place.step)
+
+    path = march(
+        rig.work,
+        state,
+        lambda share: way.target(rig, replace(place, at=share).share),
+        longest=min(1.0, way.longest / left),
+        options=way.options,
+        duration=left * way.duration,
+        pace=pace,
+    )
+    for at, reached, report in path:
+        here = PathPosition(begin=place.begin, at=at, step=pace.step)
+        yield PathPoint(
+            share=here.share,
+            displacement=between(way.start, way.goal, here.share),
+            state=reached,
+            report=report,
+            rig=rig,
+            place=here,
+        )
+
+
+def _breaks(rig: Rig, state: State) -> bool:
+    """Tell whether a fibre is strained as far as it can be, or farther."""
+    return rig.breaks_at is not None and most_strained(rig, state).strain >= rig.breaks_at
+
+
+def _cut_short(rig: Rig, before: State, way: AxisPath, begin: float, step: PathPoint) -> PathPoint:
+    """Return the equilibrium of a step at which the first fibre reaches its limit.
+
+    Where it is not found, the step is taken whole: a knit that snaps passes the limit without reaching it. So is a
+    step on which a fused point breaks, which cannot be gone again.
+    """
+    limit, work = rig.breaks_at or 0.0, rig.work
+    whole = replace(step, broken=most_strained(rig, step.state), place=None)
+    bonds_broke = bool((before.bonds.hold != step.state.bonds.hold).any())
+    if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
+        return whole
+    length = step.share - begin
+    span = length * way.duration
+
+    def path(share: float) -> FloatArray:
+        return way.target(rig, begin + share * length)
+
+    share, found, _ = reach_rupture(
+        work, before, path, limit=limit, radius=rig.fibre_reach, options=way.options, duration=span
+    )
+    if found is None:
+        return whole
+    # Once more, for the account of its search.
+    again, report = advance(work, before, path(share), way.options, duration=share * span)
+    if again is None:
+        return whole
+    at = begin + share * length
+    return PathPoint(
+        share=at,
+        displacement=between(way.start, way.goal, at),
+        state=again,
+        report=report,
+        rig=rig,
+        broken=most_strained(rig, again),
+    )
+
+
+def _after(broken: PathPoint, way: AxisPath) -> PathPoint | None:
+    """Return the equilibrium after a fibre broke; None if none is found.
+
+    If the test goes on, fibres that this break overstrains break too; if not, it ends with this one.
+    """
+    rig, state = broken.rig, broken.state
+    try:
+        for _ in range(MOST_BREAKS):
+            rig, state = without_edge(rig, state, most_strained(rig, state).edge, way.options)
+            if not (way.go_on and _breaks(rig, state)):
+                break
+        else:
+            return None
+    except ConvergenceError:
+        return None
+    settled, report = advance(rig.work, state, way.target(rig, broken.share), way.options)
+    if settled is None:
+        return None
+    return PathPoint(
+        share=broken.share,
+        displacement=broken.displacement,
+        state=settled,
+        report=report,
+        rig=rig,
+        broken=None if way.go_on else broken.broken,
+        final=not way.go_on,
+        place=PathPosition(begin=broken.share) if way.go_on else None,
+    )

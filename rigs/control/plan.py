@@ -1,0 +1,124 @@
+"""Say beforehand what a protocol comes to, as far as it can be known: strokes, time, rows of the log."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from knitlab_core.errors import SpecificationError
+from rigs.control.log_rate import planned_samples
+from rigs.control.strokes import Planner, Readings
+from rigs.protocol.steps import Image
+from rigs.protocol.unrolled import unrolled
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rigs.axes import Axis
+    from rigs.control.strokes import Stroke
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.unrolled import UnrolledStep
+
+MAX_ROWS: Final = 10_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planned:
+    """Hold a step with the strokes that it would make.
+
+    Attributes
+    ----------
+    leaf : UnrolledStep
+        The step.
+    strokes : sequence of Stroke
+        Its strokes.
+    duration : float
+        How long it takes at most [s].
+    """
+
+    leaf: UnrolledStep
+    strokes: Sequence[Stroke]
+    duration: float
+
+
+def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> list[Planned]:
+    """Return every step as far as it is known beforehand.
+
+    A preload is taken to meet its force at once, though its duration counts with all of its reach; axes that give way
+    are taken to stand, and a load cell to show what was last asked of it.
+
+    Raises
+    ------
+    SpecificationError
+        If hooks would pass through each other.
+    """
+    planner = Planner(protocol=protocol, gauges=gauge_lengths)
+    course = planner.begin()
+    sight = Readings(displacement=dict(course.origin), force=dict.fromkeys(gauge_lengths, 0.0))
+    planned = []
+    for leaf in unrolled(protocol.steps):
+        made, duration = [], 0.0
+        for index in range(leaf.strokes):
+            stroke = planner.stroke(leaf, index, course, sight)
+            if stroke is None:
+                continue
+            made.append(stroke)
+            duration += stroke.duration
+            met = dict.fromkeys(stroke.named, stroke.stop_force) if stroke.stop_force is not None else {}
+            shown = {axis: last for axis, (_, last) in stroke.force.items()}
+            sight = Readings(
+                displacement=stroke.start if stroke.stop_force is not None else stroke.end,
+                force={**sight.force, **shown, **met, **(dict.fromkeys(sight.force, 0.0) if _tares(stroke) else {})},
+            )
+            course = course.after(stroke, sight)
+        if leaf.until is not None and leaf.until.time is not None:
+            duration = min(duration, leaf.until.time)
+        planned.append(Planned(leaf=leaf, strokes=made, duration=duration))
+    return planned
+
+
+def planned_strokes(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> list[Stroke]:
+    """Return the strokes of all steps; see `planned_steps`."""
+    return [stroke for step in planned_steps(protocol, gauge_lengths) for stroke in step.strokes]
+
+
+def planned_duration(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> float:
+    """Return how long the steps take [s]; a preload counts with all of its reach."""
+    return math.fsum(step.duration for step in planned_steps(protocol, gauge_lengths))
+
+
+def planned_rows(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> int:
+    """Return how many rows the log will have: one at the start, then one each tick of its clock; events not counted.
+
+    Raises
+    ------
+    SpecificationError
+        If they are more than `MAX_ROWS`.
+    """
+    steps = planned_steps(protocol, gauge_lengths)
+    ticks = planned_samples(protocol, [(step.leaf, step.strokes, step.duration) for step in steps])
+    # Rounding in the sum of durations must not lose the row of the last tick.
+    rows = math.floor(ticks * (1 + 1e-12)) + 1
+    if rows > MAX_ROWS:
+        rate = f"{protocol.log.rate:g} Hz, which makes {rows} rows with what the steps say"
+        raise SpecificationError("log.rate", rate, f"a rate that makes {MAX_ROWS} rows or fewer")
+    return rows
+
+
+def planned_images(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> int:
+    """Return how many pictures are asked for."""
+    every, since, count = None, 0.0, 0
+    for step in planned_steps(protocol, gauge_lengths):
+        image = step.leaf.step
+        if isinstance(image, Image):
+            every, since = (image.every if isinstance(image.every, float) else None), 0.0
+            count += image.every != "off"
+        elif every is not None:
+            since += step.duration
+            count, since = count + int(since / every), since % every
+    return count
+
+
+def _tares(stroke: Stroke) -> bool:
+    return "force" in stroke.channels

@@ -1,0 +1,177 @@
+"""Hold the yarn at its boundary: which unknowns a carriage prescribes, where it puts them, what it feels.
+
+A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
+a plate that loops are fused into holds every unknown of all their nodes inside it. Wires are strands of their own in
+the solver's model: their nodes come after the yarn's, held but for the coordinate along the pole, and touch the yarn by
+contact. All arrays here are in the solver's units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from knitlab_core.knits import Filament, plate_nodes
+from rigs.axes import COORDINATE, SITES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from knitlab_core.knits import Specimen
+    from rigs.axes import Axis, FloatArray, IntArray
+    from rigs.protocol.catalogue import Drive, Held
+
+Side = Literal[-1, 1]
+
+CLAMPED: Final[Held] = (True, True, True, True)
+"""What a clamp holds of the end of a filament: hooks would let it swing."""
+
+_SIDES: Final[tuple[Side, Side]] = (-1, 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grip:
+    """Tie nodes of the yarn to one carriage.
+
+    Attributes
+    ----------
+    axis : Axis
+        Axis of the carriage.
+    side : {-1, 1}
+        Side of the centre on which it stands; also the way it moves when its pair opens.
+    nodes : IntArray, shape (n,)
+        Nodes that it holds.
+    held : tuple of bool
+        Which of x, y, z and the edge's angle it prescribes at these nodes.
+    pole : int or None
+        Coordinate along which the nodes slide; None in a plate.
+    anchored : IntArray, shape (m,)
+        Those of the nodes that it holds along the pole too.
+    travel : float
+        Share of its axis' travel that it makes, outwards [1].
+    cell : float
+        Share of its pull in what the load cell of its axis shows [1].
+    wires : tuple of IntArray
+        Nodes of the wires through each loop, which slide as one, beside the pins that hold the nodes above.
+    """
+
+    axis: Axis
+    side: Side
+    nodes: IntArray
+    held: Held
+    pole: int | None
+    anchored: IntArray
+    travel: float
+    cell: float
+    wires: tuple[IntArray, ...] = ()
+
+    @property
+    def all_nodes(self) -> IntArray:
+        """Return every node that moves with the carriage, (m,)."""
+        return np.concatenate([self.nodes, *self.wires])
+
+
+def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
+    """Hold both faces of an axis: by pins that slide along their poles, or by plates printed around them.
+
+    Returns
+    -------
+    tuple of two Grip
+        On the negative and on the positive side of the centre.
+    """
+    pole = None if drive.pole is None else COORDINATE[drive.pole]
+    if drive.fixture == "plates":
+        plates = plate_nodes(specimen)
+        edges = [plates.lower, plates.upper]
+    else:
+        edges = [specimen.sites[name] for name in SITES[axis]]
+    middle = _middle(specimen, edges[0])
+    nobody = np.empty(0, dtype=np.int64)
+    negative, positive = (
+        Grip(
+            axis=axis,
+            side=side,
+            nodes=nodes,
+            held=CLAMPED if isinstance(specimen.stitch, Filament) else drive.held,
+            pole=pole,
+            anchored=middle if drive.anchored and side < 0 else nobody,
+            travel=drive.travel[number],
+            cell=drive.cell[number],
+        )
+        for number, (side, nodes) in enumerate(zip(_SIDES, edges, strict=True))
+    )
+    return negative, positive
+
+
+def _middle(specimen: Specimen, nodes: IntArray) -> IntArray:
+    """Return the one of some nodes that is nearest to their mean, (1,)."""
+    at = specimen.nodes[nodes]
+    nearest = np.argmin(np.linalg.norm(at - at.mean(axis=0), axis=1))
+    return nodes[nearest : nearest + 1]
+
+
+def prescribe(grips: tuple[Grip, ...], fixed: NDArray[np.bool_]) -> None:
+    """Mark what the grips hold among the prescribed unknowns, shape (N, 4), in place."""
+    for grip in grips:
+        fixed[np.ix_(grip.nodes, np.flatnonzero(grip.held))] = True
+        if grip.pole is not None:
+            fixed[grip.anchored, grip.pole] = True
+            for wire in grip.wires:
+                fixed[wire] = True
+                fixed[wire, grip.pole] = wire[0] in grip.anchored
+
+
+def place(grips: tuple[Grip, ...], mounted: FloatArray, travel: Mapping[Axis, float]) -> FloatArray:
+    """Return where the grips put what they hold.
+
+    Parameters
+    ----------
+    grips : tuple of Grip
+        The grips.
+    mounted : FloatArray, shape (N, 4)
+        The unknowns when the specimen was mounted [r], [rad].
+    travel : Mapping
+        Change of the hook-to-hook length of each axis [r]; the two carriages of a pair share it.
+
+    Returns
+    -------
+    FloatArray, shape (N, 4)
+        Target of the held unknowns; the others stand as mounted.
+    """
+    target = mounted.copy()
+    for grip in grips:
+        target[grip.all_nodes, COORDINATE[grip.axis]] += grip.travel * grip.side * travel[grip.axis]
+    return target
+
+
+def pull(grip: Grip, reaction: FloatArray) -> float:
+    """Return the force with which the specimen draws a carriage to the centre [E r^2], positive in tension.
+
+    Parameters
+    ----------
+    grip : Grip
+        The carriage's grip.
+    reaction : FloatArray, shape (N, 4)
+        Force of the fixtures on the yarn [E r^2].
+    """
+    return float(grip.side * reaction[grip.all_nodes, COORDINATE[grip.axis]].sum())
+
+
+def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
+    """Return the largest force along its pole of a hook that is tied to it [E r^2]; zero if none is, and for a plate.
+
+    Parameters
+    ----------
+    grip : Grip
+        The carriage's grip.
+    reaction : FloatArray, shape (N, 4)
+        Force of the fixtures on the yarn [E r^2].
+    """
+    if grip.pole is None:
+        return 0.0
+    hooks = (*grip.wires, *grip.nodes[:, None])
+    return max(abs(float(reaction[nodes, grip.pole].sum())) for nodes in hooks)

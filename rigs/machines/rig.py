@@ -1,0 +1,305 @@
+"""Put a rig together: a knit on sliding hooks, carriages, load cells and encoders on the clocks of their machines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knitlab_core.equilibrium.knitting_in import knit_in
+from knitlab_core.equilibrium.model import DECIMALS, make_model
+from knitlab_core.equilibrium.poles import pole_forces
+from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
+from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.rods.relaxation import Relaxation
+from knitlab_core.rods.section import SOLID, yarn_section
+from rigs.machines.fixtures import grips_on, largest_lateral, place, prescribe, pull
+from rigs.machines.machine import instruments_on
+from rigs.machines.wires import hang_on_wires, sliding_hooks
+from rigs.protocol.catalogue import arranged, plated
+from rigs.protocol.specimen import size_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.equilibrium.newton import Options
+    from knitlab_core.knits import Specimen
+    from rigs.axes import Axis, FloatArray
+    from rigs.instruments.channels import Instrument
+    from rigs.machines.fixtures import Grip
+    from rigs.machines.machine import MachineData
+    from rigs.protocol.catalogue import Drive, MachineName
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
+    from rigs.record import SpecimenSize
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadTrain:
+    """Hold what lies between the crosshead, or the carriages, of an axis and the specimen's fixture.
+
+    Attributes
+    ----------
+    compliance : float
+        How far the machine gives way under a force [m/N].
+    gap : float
+        Way that a gripper makes before it takes hold [m].
+    slowest, fastest : float
+        Speeds that the machine has, as those of the hook-to-hook length [m/s].
+    digit : float
+        Smallest digit of the axis' load cell [N].
+    """
+
+    compliance: float
+    gap: float
+    slowest: float
+    fastest: float
+    digit: float
+
+    @property
+    def rigid(self) -> bool:
+        """Return whether the fixture stands where the crosshead does."""
+        return self.compliance == 0.0 and self.gap == 0.0
+
+    def beyond(self, travel: float, force: float) -> float:
+        """Return where the crosshead stands [m] that holds a fixture at a travel [m] under a force [N]."""
+        return travel + self.compliance * force + self.gap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rig:
+    """Hold a rig with its specimen mounted.
+
+    Attributes
+    ----------
+    specimen : Specimen
+        The knit as it was made.
+    size : SpecimenSize
+        Its extents and radius [m].
+    grips : Mapping
+        The two grips of each axis that is driven, negative side first.
+    work : Workspace
+        The solver's model of the specimen and its buffers.
+    mounted : FloatArray, shape (N, 4)
+        The unknowns when the specimen was mounted, those of wires after the yarn's [r], [rad].
+    instruments : tuple of Instrument
+        Load cells and encoders, one instrument a machine, each on its own clock.
+    breaks_at : float or None
+        Strain at its surface at which a fibre breaks [1]; None where rupture is off.
+    trains : Mapping
+        What lies between crosshead and fixture of each axis.
+    severed : tuple of int
+        The edges of the yarn that broke, in order.
+    """
+
+    specimen: Specimen
+    size: SpecimenSize
+    grips: Mapping[Axis, tuple[Grip, Grip]]
+    work: Workspace
+    mounted: FloatArray
+    instruments: tuple[Instrument, ...]
+    breaks_at: float | None
+    trains: Mapping[Axis, LoadTrain]
+    severed: tuple[int, ...] = ()
+
+    @property
+    def gauges(self) -> dict[Axis, float]:
+        """Return the initial hook-to-hook length of each axis that is driven [m]."""
+        return {axis: self.size.extents[axis] for axis in self.grips}
+
+    @property
+    def strands(self) -> tuple[int, ...]:
+        """Return the nodes of every strand."""
+        return tuple(len(strand) for strand in self.specimen.strands)
+
+    @property
+    def fibre_reach(self) -> float:
+        """Return how far from its centreline a rod strains when it bends [r].
+
+        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's.
+        """
+        yarn = self.specimen.yarn
+        reach = yarn.fibre_radius
+        if yarn.model == "yarn":
+            reach += yarn.bonding * yarn.winding_radius
+        return reach / yarn.contact_radius
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """Hold what the carriages feel, flawless and before any zeroing.
+
+    Attributes
+    ----------
+    force : Mapping
+        What the load cell of each axis feels of the pull on its two carriages [N], positive in tension.
+    imbalance : Mapping
+        Difference of those two pulls [N]; the solver's tolerance, not physics.
+    lateral : float
+        Largest force of a hook along its pole [N].
+    """
+
+    force: Mapping[Axis, float]
+    imbalance: Mapping[Axis, float]
+    lateral: float
+
+
+def mount(
+    specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, MachineData], *, relaxed: bool = True
+) -> tuple[Rig, State]:
+    """Hang a specimen on the rig of a protocol.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        The knit that the protocol names.
+    protocol : Protocol
+        Gives rig, material, friction and the rate of the log.
+    data : Mapping
+        The numbers of the machines of the rig.
+    relaxed : bool
+        Relax a yarn that is straight at rest into its loops; needless where the rig is put back to a checkpoint.
+
+    Returns
+    -------
+    Rig, State
+        The rig and the specimen's state as mounted.
+
+    Raises
+    ------
+    SpecificationError
+        If a wire is to hold what it cannot.
+    GeometryError
+        If a wire has no room in its loop.
+    ConvergenceError
+        If a yarn that is straight at rest finds no balance in its knit.
+    """
+    spec = protocol.specimen
+    drives = arranged(protocol.rig, protocol.mount)
+    grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
+    wires: tuple[FloatArray, ...] = ()
+    if protocol.hook == "wire":
+        wires, grips = hang_on_wires(specimen, grips)
+    model, state = _model_of(specimen, spec, wires)
+    model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
+    for pair in grips.values():
+        prescribe(pair, model.fixed)
+    work = Workspace(model)
+    if relaxed and spec.rest_shape == "straight":
+        *_, (_, state, _) = knit_in(work, state)
+    rig = Rig(
+        specimen=specimen,
+        size=size_of(
+            specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
+        ),
+        grips=grips,
+        work=work,
+        mounted=state.q.copy(),
+        instruments=instruments_on(protocol, data),
+        breaks_at=spec.breaks_at,
+        trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
+    )
+    return rig, state
+
+
+def _rubs(
+    protocol: Protocol, drives: Mapping[Axis, Drive], data: Mapping[MachineName, MachineData]
+) -> dict[Axis, float]:
+    """Return the coefficient between hooks and poles of each axis [1]."""
+    own = {axis: data[drive.machine].pole for axis, drive in drives.items()}
+    if protocol.pole_friction is not None:
+        return dict.fromkeys(own, protocol.pole_friction)
+    return {axis: 0.0 if pole is None else pole.friction.value for axis, pole in own.items()}
+
+
+def _train(numbers: MachineData) -> LoadTrain:
+    """Return what lies between crosshead and fixture on a machine."""
+    carriage = numbers.carriage
+    return LoadTrain(
+        compliance=carriage.compliance.value,
+        gap=0.0 if carriage.gap is None else carriage.gap.value,
+        slowest=0.0 if carriage.min_speed is None else carriage.min_speed.value,
+        fastest=carriage.max_speed.value,
+        digit=numbers.load_cell.resolution.value,
+    )
+
+
+def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
+    """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
+    material, yarn = spec.substance, specimen.yarn
+    straight = spec.rest_shape == "straight"
+    model, state = make_model(
+        specimen.strands,
+        radius=specimen.radius,
+        young_modulus=material.young_modulus.value,
+        poisson_ratio=material.poisson_ratio.value,
+        friction=spec.friction,
+        section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
+        straight=straight,
+        printed=not straight,
+        bonds=spec.fused,
+        wires=wires,
+    )
+    return replace(model, relaxation=Relaxation.of(material) if spec.viscoelastic else None), state
+
+
+def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:
+    """Return the target (N, 4) of the held unknowns [r] with the axes at `displacement` [m]."""
+    length = rig.work.model.scales.length
+    travel = {axis: round(displacement[axis] / length, DECIMALS) for axis in rig.grips}
+    return place(tuple(grip for pair in rig.grips.values() for grip in pair), rig.mounted, travel)
+
+
+def read(rig: Rig, state: State) -> Reading:
+    """Return what the carriages feel at an equilibrium."""
+    unit = rig.work.model.scales.force
+    pulls = {axis: [unit * pull(grip, state.reaction) for grip in pair] for axis, pair in rig.grips.items()}
+    laterals = [largest_lateral(grip, state.reaction) for pair in rig.grips.values() for grip in pair]
+    model = rig.work.model
+    if model.hooks is not None:
+        laterals += list(np.abs(pole_forces(model.hooks, state.poles, model.law.slip)))
+    return Reading(
+        force={
+            axis: sum(grip.cell * felt for grip, felt in zip(rig.grips[axis], pair, strict=True))
+            for axis, pair in pulls.items()
+        },
+        imbalance={axis: high - low for axis, (low, high) in pulls.items()},
+        lateral=unit * max(laterals),
+    )
+
+
+def most_strained(rig: Rig, state: State) -> Spot:
+    """Return the spot where a fibre's surface is strained most: its edge and its strain [1]."""
+    return weakest(rig.work.model, state, rig.fibre_reach)
+
+
+def without_edge(rig: Rig, state: State, edge: int, options: Options | None = None) -> tuple[Rig, State]:
+    """Break a fibre where it is strained most, and let go what hung on it.
+
+    Returns
+    -------
+    Rig, State
+        The rig with a fibre the less, its carriages where they were.
+
+    Raises
+    ------
+    ConvergenceError
+        If what is left finds no equilibrium.
+    """
+    before = rig.work.model.fixed
+    work, found = break_fibre(rig.work, state, edge, options)
+    # Angles that nothing turns any more stay where they are.
+    mounted = np.where(work.model.fixed & ~before, found.q, rig.mounted)
+    return replace(rig, work=work, mounted=mounted, severed=(*rig.severed, edge)), found
+
+
+def place_of(rig: Rig, node: int) -> str:
+    """Name the place of a node of the yarn in the words of a knitter."""
+    specimen = rig.specimen
+    if node >= len(specimen.nodes):
+        return "a wire"
+    fibre, along = divmod(node, len(specimen.arc_lengths))
+    place = specimen.centreline.place(float(specimen.arc_lengths[along]) / specimen.loop_width)
+    return place if len(rig.strands) == 1 else f"fibre {fibre + 1} at {place}"

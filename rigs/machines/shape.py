@@ -1,0 +1,58 @@
+"""Say what the shape of a knit is coloured by: how its yarn is strained and pressed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knitlab_core.rods.rod import edges_of
+from knitlab_core.rods.rupture import axial_strain as stretched_along
+from knitlab_core.rods.rupture import bending_strain as bent_along
+
+if TYPE_CHECKING:
+    from knitlab_core.equilibrium.model import State
+    from rigs.axes import FloatArray
+    from rigs.machines.rig import Rig
+
+
+def axial_strain(rig: Rig, state: State) -> FloatArray:
+    """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
+    rods = rig.work.model.rods
+    along = np.where(rods.has_edge, stretched_along(state.q, rods, state.frames), np.nan)
+    return along[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
+
+
+def bending_strain(rig: Rig, state: State) -> FloatArray:
+    """Return how much bending strains the fibre's surface along every edge as made, shape (E,) [1]; nan where broken.
+
+    Of an edge's two ends the one that bends more counts, as it does for rupture.
+    """
+    rods = rig.work.model.rods
+    bent = np.where(rods.has_edge, bent_along(state.q, rods, state.frames, rig.fibre_reach), np.nan)
+    return bent[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
+
+
+def contact_force(rig: Rig, state: State) -> FloatArray:
+    """Return what presses on the yarn around every node, the sum of the loads of its contacts, shape (N,) [N].
+
+    A sum of magnitudes: a strand that is nipped from two sides is pressed, though it is not pushed away.
+    """
+    model, memory = rig.work.model, state.memory
+    per_node = len(model.samples.weights)
+    count = len(state.q)
+    first, second = np.divmod(memory.key, count * per_node)
+    loads = model.scales.force * np.concatenate([memory.load, memory.load])
+    nodes = np.concatenate([first, second]) // per_node
+    return np.bincount(nodes, loads, minlength=count).astype(np.float64)[: len(rig.specimen.nodes)]
+
+
+def wire_ends(rig: Rig, state: State) -> FloatArray:
+    """Return both ends of every wire, shape (W, 2, 3) [m]."""
+    model, yarn = rig.work.model, len(rig.specimen.nodes)
+    # A strand begins behind a node that no edge leaves.
+    ends = np.column_stack(
+        [np.flatnonzero(~model.rods.has_edge[yarn - 1 : -1]), np.flatnonzero(~model.rods.has_edge[yarn:])]
+    )
+    at: FloatArray = state.q[yarn:][ends, :3] * model.scales.length
+    return at

@@ -1,0 +1,1 @@
+"""What a user says: specimen, rig, steps with their targets, log."""

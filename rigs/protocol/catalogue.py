@@ -1,0 +1,149 @@
+"""List the rigs: which carriages each axis has, how they share its travel, what their hooks hold and who reads them.
+
+A rig is data. The functions of `rigs.machines.rig` put the same parts together for all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigs.axes import Axis
+
+RigName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "triaxial", "sem-microgripper"]
+MachineName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "nanoindenter"]
+Sides: TypeAlias = Literal["hold", "free"]
+Others: TypeAlias = Literal["hold", "free", "follow"]
+Fixture: TypeAlias = Literal["hooks", "plates"]
+Hook: TypeAlias = Literal["pin", "wire"]
+Held: TypeAlias = tuple[bool, bool, bool, bool]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drive:
+    """Describe the two carriages of an axis; of a pair of values the first is that of the negative side, or below.
+
+    Attributes
+    ----------
+    machine : MachineName
+        Whose numbers hold for it, and whose instrument reads it.
+    travel : (float, float)
+        Share of the axis' travel that each carriage makes, outwards [1].
+    cell : (float, float)
+        Share of each carriage's pull in what the load cell of the axis shows [1].
+    held : tuple of bool
+        Which of x, y, z and the edge's angle it prescribes to the nodes that it holds.
+    fixture : {'hooks', 'plates'}
+        Whether it holds the boundary sites of its face by hooks, or by a plate all that is printed into one.
+    pole : Axis or None
+        Direction of the poles, along which hooks slide freely; None for a plate.
+    anchored : bool
+        Whether the middle hook of the first carriage is tied to its pole. Nothing else holds a specimen with free
+        sides against moving along the poles as a whole; the hook carries no force there.
+    """
+
+    machine: MachineName
+    travel: tuple[float, float]
+    cell: tuple[float, float]
+    held: Held
+    fixture: Fixture = "hooks"
+    pole: Axis | None = None
+    anchored: bool = False
+
+    @property
+    def moving(self) -> int:
+        """Return how many of the two carriages move."""
+        return sum(share > 0.0 for share in self.travel)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrangement:
+    """Describe a rig.
+
+    Attributes
+    ----------
+    drives : Mapping
+        The carriages of each axis that can be driven.
+    mounts_one : bool
+        Whether only one of these axes is driven, the one along which the specimen is mounted.
+    sides : {'hold', 'free'}
+        Whether carriages hold every side of a specimen, or the sides that are not pulled are free.
+    """
+
+    drives: Mapping[Axis, Drive]
+    mounts_one: bool
+    sides: Sides
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Return the axes that can be driven."""
+        return tuple(self.drives)
+
+    @property
+    def others(self) -> tuple[Others, ...]:
+        """Return what axes can be told to do that a step does not name; free sides have no carriage to hold them."""
+        return ("hold", "free", "follow") if self.sides == "hold" else ("free",)
+
+
+#: A pole lies across the pull, in the plane of a planar knit; a hook holds what is left: the pull, and the second
+#: direction across it (out of plane, or for a face along the pile the distance from pole to pole).
+_ACROSS: Final[Mapping[Axis, tuple[Held, Axis]]] = {
+    "C": ((True, False, True, False), "W"),
+    "W": ((False, True, True, False), "C"),
+    "P": ((False, True, True, False), "C"),
+}
+
+#: Where all three axes are driven poles spread as well, and a hook holds the pull alone (decision 12).
+_ALONG: Final[Mapping[Axis, tuple[Held, Axis]]] = {
+    axis: ((axis == "C", axis == "W", axis == "P", False), pole) for axis, (_, pole) in _ACROSS.items()
+}
+
+#: Carriages that move symmetrically about the specimen's centre, a load cell that reads both.
+_STAGE: Final = Drive(machine="biaxial-hook", travel=(0.5, 0.5), cell=(0.5, 0.5), held=(False,) * 4)
+
+#: The lower clamp stands, the crosshead carries the upper one and the load cell above it.
+_FRAME: Final = Drive(machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(False,) * 4)
+
+
+def _hung(drive: Drive, hooks: Mapping[Axis, tuple[Held, Axis]], *axes: Axis) -> dict[Axis, Drive]:
+    """Return like drives for some axes, each with the hooks and poles that belong to its faces."""
+    return {axis: replace(drive, held=hooks[axis][0], pole=hooks[axis][1]) for axis in axes}
+
+
+CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(
+    {
+        "biaxial-hook": Arrangement(drives=_hung(_STAGE, _ACROSS, "C", "W"), mounts_one=False, sides="hold"),
+        "uniaxial-frame": Arrangement(
+            drives=_hung(replace(_FRAME, anchored=True), _ACROSS, "C", "W", "P"), mounts_one=True, sides="free"
+        ),
+        # The stage carried on the frame: two machines on one specimen.
+        "triaxial": Arrangement(
+            drives={**_hung(_STAGE, _ALONG, "C", "W"), **_hung(_FRAME, _ALONG, "P")}, mounts_one=False, sides="hold"
+        ),
+        # The lower plate stands on the substrate; the gripper on the indenter takes the upper one, load cell behind it.
+        "sem-microgripper": Arrangement(
+            drives={
+                "P": Drive(
+                    machine="nanoindenter", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(True,) * 4, fixture="plates"
+                )
+            },
+            mounts_one=False,
+            sides="free",
+        ),
+    }
+)
+
+
+def arranged(rig: RigName, mount: Axis | None) -> dict[Axis, Drive]:
+    """Return the drives of a rig in use: all of them, or the one along which the specimen is mounted."""
+    drives = CATALOGUE[rig].drives
+    return dict(drives) if mount is None else {mount: drives[mount]}
+
+
+def plated(rig: RigName) -> tuple[Axis, ...]:
+    """Return the axes of a rig whose faces are printed into plates."""
+    return tuple(axis for axis, drive in CATALOGUE[rig].drives.items() if drive.fixture == "plates")

@@ -1,0 +1,234 @@
+"""Say what a test is: specimen, rig, steps, log; SI floats throughout.
+
+These dataclasses are also the Python builder, and this is their one door: every file is one of them, and back
+(`app.schemas`). Only what a rig honours can be said; a value outside its range raises where it is said.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+from knitlab_core.errors import SpecificationError, raise_all
+from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
+from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.specimen import SpecimenSpec
+from rigs.protocol.steps import (
+    Channel,
+    Control,
+    Cycle,
+    ForceRate,
+    Hold,
+    Image,
+    Preload,
+    Ramp,
+    Rate,
+    Repeat,
+    Step,
+    StepLog,
+    StrainRate,
+    Target,
+    Until,
+    UntilRupture,
+    Zero,
+    axes_of,
+    stroke_count,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigs.axes import Axis
+    from rigs.protocol.catalogue import Hook, Others, RigName
+
+__all__ = [
+    "Channel",
+    "Control",
+    "Cycle",
+    "ForceRate",
+    "Hold",
+    "Image",
+    "LogSpec",
+    "Preload",
+    "Protocol",
+    "Ramp",
+    "Rate",
+    "Repeat",
+    "SpecimenSpec",
+    "Step",
+    "StepLog",
+    "StrainRate",
+    "Target",
+    "Until",
+    "UntilRupture",
+    "Zero",
+    "stroke_count",
+]
+
+MAX_STROKES = 100_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogSpec:
+    """Say how the instruments sample: rate, and rate near events [Hz], noise or none, and the noise's seed [1].
+
+    Events are the jumps of the specimen: a fibre or a fused point that breaks, a snap. Of the cycles of a step `cycle`
+    the first, the last and every n-th is kept. A step may say otherwise.
+
+    On a rig of two machines also what the clock of the one shows when the frame's starts [s], and how much faster it
+    runs [1]; None for what its data file says.
+    """
+
+    rate: float = 10.0
+    events: float | None = None
+    every_cycle: int = 1
+    noise: bool = True
+    seed: int = 0
+    clock_offset: float | None = None
+    clock_skew: float | None = None
+
+    def __post_init__(self) -> None:
+        offset, skew = self.clock_offset or 0.0, self.clock_skew or 0.0
+        hours, least = "a time from -3600 s to 3600 s", "a number from -0.01 to 0.01"
+        require_all(
+            lambda: require_frequency("rate", self.rate),
+            lambda: require_frequency("events", self.events),
+            lambda: require_count("every_cycle", self.every_cycle),
+            lambda: require(0 <= self.seed < 2**63, "seed", self.seed, "a whole number from 0 to 2^63 - 1"),
+            lambda: require(abs(offset) <= 3600.0, "clock_offset", f"{offset:g} s", hours),
+            lambda: require(abs(skew) <= 0.01, "clock_skew", f"{skew:g}", least),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Protocol:
+    """Describe one test on one specimen.
+
+    Parameters
+    ----------
+    specimen : SpecimenSpec
+        What hangs on the hooks.
+    speed_ref : {'pair', 'grip'}
+        Whether a rate is that of the hook-to-hook length, or of one carriage that moves.
+    others : {'hold', 'free', 'follow'}
+        What the axes do that a step does not name: stand still, give way so that they carry no force, or make the same
+        strain. Beside the frame the specimen's sides are free.
+    steps : tuple of Step
+        The steps, in order.
+    log : LogSpec
+        How the instruments sample.
+    rig : RigName
+        A rig of the catalogue.
+    load_cell : float or None
+        Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
+    mount : Axis or None
+        Which axis of the specimen stands along the frame; None on a rig that drives every axis it has.
+    hook : {'pin', 'wire'}
+        How a hook holds its loop: 'pin' ties the nearest node of the yarn, 'wire' is a rigid wire through the loop.
+    pole_friction : float or None
+        Coefficient between hooks and their poles [1]; None for the machines' own.
+    name : str
+        Name of the test; it names the files of its run.
+    max_strain_increment : float
+        Largest strain between two equilibria [1].
+    """
+
+    specimen: SpecimenSpec
+    speed_ref: Literal["pair", "grip"] = "pair"
+    others: Others
+    steps: tuple[Step, ...]
+    log: LogSpec = field(default_factory=LogSpec)
+    rig: RigName = "biaxial-hook"
+    mount: Axis | None = None
+    load_cell: float | None = None
+    hook: Hook = "pin"
+    pole_friction: float | None = None
+    name: str = "test"
+    max_strain_increment: float = 0.0125
+
+    def __post_init__(self) -> None:
+        count, increment, friction = stroke_count(self.steps), self.max_strain_increment, self.pole_friction
+        most = f"{MAX_STROKES} strokes or fewer"
+        require_all(
+            lambda: require(len(self.steps) > 0, "steps", [], "one step or more"),
+            lambda: require(count <= MAX_STROKES, "steps", f"{count} strokes", most),
+            lambda: require_label("name", self.name),
+            lambda: require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1"),
+            self._require_rig,
+            self._require_hooks,
+            lambda: require(
+                friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2"
+            ),
+        )
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Return the axes that are driven."""
+        return CATALOGUE[self.rig].axes if self.mount is None else (self.mount,)
+
+    def _require_hooks(self) -> None:
+        """Raise unless the hooks can hold the knit and its yarn."""
+        planar = "P" not in self.specimen.axes
+        require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
+        bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
+        require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        straight = self.specimen.rest_shape == "straight"
+        require(self.hook == "pin" or not straight, "hook", self.hook, "pin: wires hold a yarn at rest as printed")
+
+    def _require_rig(self) -> None:
+        """Raise unless the rig of the catalogue can do what is asked for."""
+        rig = CATALOGUE[self.rig]
+        clocks = len({drive.machine for drive in rig.drives.values()})
+        driven = self.axes if rig.mounts_one else rig.axes
+        clock = f"none: {self.rig} has one clock"
+        require_all(
+            self._require_faces,
+            lambda: require_others(self.rig, self.others),
+            lambda: require(
+                self.log.clock_offset is None or clocks > 1, "log.clock_offset", self.log.clock_offset, clock
+            ),
+            lambda: require(self.log.clock_skew is None or clocks > 1, "log.clock_skew", self.log.clock_skew, clock),
+            lambda: require_driven(self.steps, driven),
+        )
+
+    def _require_faces(self) -> None:
+        """Raise unless the specimen has the faces that the rig pulls, and stands along one of them where it must."""
+        rig = CATALOGUE[self.rig]
+        able = [axis for axis in rig.axes if axis in self.specimen.axes]
+        if rig.mounts_one:
+            require(
+                self.mount in able, "mount", self.mount or "nothing", f"{' or '.join(able)}: the axis along the frame"
+            )
+        else:
+            require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
+            found = f"a knit with faces across {_both(self.specimen.axes)}"
+            wanted = f"one with faces across {_both(rig.axes)}, which {self.rig} pulls"
+            require(able == list(rig.axes), "knit", found, wanted)
+
+
+def require_others(rig: RigName, others: str) -> None:
+    """Raise unless the axes of a rig that a step does not name can do so."""
+    allowed = " or ".join(", ".join(CATALOGUE[rig].others).rsplit(", ", 1))
+    require(others in CATALOGUE[rig].others, "others", others, f"{allowed} on {rig}")
+
+
+def require_driven(steps: Sequence[Step], axes: Sequence[Axis]) -> None:
+    """Raise unless every step drives axes alone that the rig does."""
+    faults = []
+    for place, named in axes_of(steps):
+        wrong = [axis for axis in named if axis not in axes]
+        if wrong:
+            faults.append(SpecificationError(place, ", ".join(wrong), f"what is driven: {_both(axes)}"))
+    raise_all(faults)
+
+
+def _both(axes: Sequence[Axis]) -> str:
+    """Return the names of axes as a sentence has them.
+
+    Examples
+    --------
+    >>> _both(["C"]), _both(["C", "W"]), _both(["C", "W", "P"])
+    ('C', 'C and W', 'C, W and P')
+    """
+    *most, last = axes
+    return f"{', '.join(most)} and {last}" if most else last

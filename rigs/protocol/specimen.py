@@ -1,0 +1,216 @@
+"""Say what hangs on the hooks, and make it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from knitlab_core.knits import (
+    NAMED_STITCHES,
+    NAMED_VOLUMETRIC_STITCHES,
+    Filament,
+    Specimen,
+    Stitch,
+    VolumetricStitch,
+    Yarn,
+    filament_specimen,
+    planar_specimen,
+    plate_nodes,
+    volumetric_specimen,
+)
+from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
+from rigs.axes import COORDINATE, SITES
+from rigs.protocol.bounds import require, require_all
+from rigs.record import SpecimenSize
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from knitlab_core.contact.bond_law import BondLaw
+    from knitlab_core.knits import SiteSet
+    from rigs.axes import Axis, FloatArray
+
+MAX_STITCHES: Final = 10_000
+
+MeshName: TypeAlias = Literal["draft", "default", "fine"]
+
+MESHES: Final[Mapping[MeshName, int]] = {"draft": 32, "default": 48, "fine": 96}
+"""Nodes per loop that have a name; peak forces at 40 % err by at most 3, 1 and 0.3 % (decision 0018)."""
+
+RestShape: TypeAlias = Literal["as-printed", "straight"]
+Rupture: TypeAlias = Literal["off", "stop", "go on"]
+
+NAMED_KNITS: Final[Mapping[str, Stitch | VolumetricStitch]] = {**NAMED_STITCHES, **NAMED_VOLUMETRIC_STITCHES}
+"""Knits that have a name, planar and volumetric."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpecimenSpec:
+    """Name the knit on the rig.
+
+    Parameters
+    ----------
+    knit : str, Stitch, VolumetricStitch or Filament
+        A named set of stitch values, or the values themselves [loop widths]; or no knit but a straight filament, whose
+        length is the loop width.
+    rows, loops : int
+        Rows, and loops (of a volumetric knit: stitches of two loops) in a row [1].
+    layers : int
+        Layers along the pile [1]; a planar knit has one.
+    loop_width : float
+        Width of one loop, l [m].
+    material : str or Material
+        Name in the catalogue of materials, or a material of one's own.
+    friction : float
+        Coulomb coefficient between strands [1].
+    nodes_per_loop : int
+        Nodes of the yarn in one loop [1].
+    rest_shape : {'as-printed', 'straight'}
+        Shape the yarn is at rest in; a straight one is bent into the knit before the test.
+    yarn : Yarn or None
+        The fibres of the yarn [loop widths]; None is one of the stitch's own radius.
+    fused : BondLaw or None
+        Which strands were printed so near that they are fused, and what their bonds bear; None for none.
+    viscoelastic : bool
+        Whether the yarn relaxes as its material says; contacts stay elastic.
+    rupture : {'off', 'stop', 'go on'}
+        Whether fibres break at their material's breaking strain, and whether the test ends with the first.
+    """
+
+    knit: str | Stitch | VolumetricStitch | Filament
+    rows: int
+    loops: int
+    loop_width: float
+    material: str | Material
+    layers: int = 1
+    friction: float = DEFAULT_FRICTION.value
+    nodes_per_loop: int = MESHES["default"]
+    rest_shape: RestShape = "as-printed"
+    yarn: Yarn | None = None
+    fused: BondLaw | None = None
+    viscoelastic: bool = False
+    rupture: Rupture = "off"
+
+    def __post_init__(self) -> None:
+        require_all(self._require_knit, self._require_material, self._require_numbers)
+
+    def _require_knit(self) -> None:
+        """Raise unless the knit is known, and has as many loops as such a knit can have."""
+        if isinstance(self.knit, str):
+            names = ", ".join(NAMED_KNITS)
+            require(self.knit in NAMED_KNITS, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
+        for name, count in (("rows", self.rows), ("loops", self.loops), ("layers", self.layers)):
+            require(1 <= count <= 200, name, count, "a whole number from 1 to 200")
+        volumetric = isinstance(self.stitch, VolumetricStitch)
+        require(self.layers == 1 or volumetric, "layers", self.layers, "1: a planar knit has one layer")
+        if isinstance(self.stitch, Filament):
+            require(self.rows == self.loops == 1, "loops", [self.rows, self.loops], "[1, 1]: a filament is no knit")
+            plain = self.yarn is None and self.fused is None
+            require(plain, "yarn", "a yarn of fibres, or fused points", "neither in a filament")
+        count = self.rows * self.loops * self.layers
+        require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
+
+    def _require_material(self) -> None:
+        """Raise unless the material is known, with the numbers of all that it is asked to do."""
+        material = self.substance
+        lacks = f"off: nothing is known of the {{}} of {material.name}"
+        relaxes, breaks = len(material.relaxation) > 0, material.breaking_strain is not None
+        straight = self.rest_shape == "straight" and self.fused is not None
+        fusing = "none in a yarn that is straight at rest: points fuse in print"
+        require_all(
+            lambda: require(not self.viscoelastic or relaxes, "viscoelastic", "on", lacks.format("relaxation")),
+            lambda: require(self.rupture == "off" or breaks, "rupture", self.rupture, lacks.format("breaking strain")),
+            lambda: require(not straight, "fused", "fused points", fusing),
+        )
+
+    def _require_numbers(self) -> None:
+        """Raise unless loop width, friction and mesh are in their range."""
+        width, nodes = self.loop_width, self.nodes_per_loop
+        require_all(
+            lambda: require(1e-6 <= width <= 1.0, "loop_width", f"{width:g} m", "a length from 1 um to 1 m"),
+            lambda: require(0.0 <= self.friction <= 2.0, "friction", self.friction, "a coefficient from 0 to 2"),
+            lambda: require(8 <= nodes <= 1000, "nodes_per_loop", nodes, "a whole number from 8 to 1000"),
+        )
+
+    @property
+    def stitch(self) -> Stitch | VolumetricStitch | Filament:
+        """Return the stitch, by name or by value."""
+        return NAMED_KNITS[self.knit] if isinstance(self.knit, str) else self.knit
+
+    @property
+    def substance(self) -> Material:
+        """Return the material, by name or by value."""
+        return self.material if isinstance(self.material, Material) else material_named(self.material, "material")
+
+    @property
+    def breaks_at(self) -> float | None:
+        """Return the strain at its surface at which a fibre breaks [1]; None where rupture is off."""
+        limit = self.substance.breaking_strain
+        return None if self.rupture == "off" or limit is None else limit.value
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Return the axes across which the knit has faces with boundary sites."""
+        return axes_of_knit(self.stitch)
+
+
+def axes_of_knit(knit: Stitch | VolumetricStitch | Filament) -> tuple[Axis, ...]:
+    """Return the axes across which a knit has faces with boundary sites."""
+    if isinstance(knit, Filament):
+        return ("C",)
+    return ("C", "W") if isinstance(knit, Stitch) else ("C", "W", "P")
+
+
+def make_specimen(spec: SpecimenSpec) -> Specimen:
+    """Make a specimen as it was printed.
+
+    Raises
+    ------
+    GeometryError
+        If it cannot exist: strands overlap, or rows or layers do not hold each other.
+    """
+    rows, loops, width, nodes = spec.rows, spec.loops, spec.loop_width, spec.nodes_per_loop
+    stitch = spec.stitch
+    if isinstance(stitch, Stitch):
+        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn)
+    if isinstance(stitch, Filament):
+        return filament_specimen(stitch, length=width, nodes=nodes)
+    return volumetric_specimen(
+        stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn
+    )
+
+
+def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axis, float]:
+    """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
+
+    A site is a place on the printed yarn. The node that stands for it lies beside the yarn, the further the coarser
+    the mesh. Along an axis whose faces are printed into plates it is the gap between these.
+    """
+    at: dict[SiteSet, FloatArray] = {}
+    for name, nodes in specimen.sites.items():
+        # The fibres of a bundle hang on the same spots of the yarn.
+        arc_lengths = specimen.arc_lengths[nodes % len(specimen.arc_lengths)]
+        places = specimen.centreline.position(arc_lengths / specimen.loop_width)
+        at[name] = specimen.loop_width * places.mean(axis=0)
+    hooked = {
+        axis: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])
+        for axis, (near, far) in SITES.items()
+        if near in at
+    }
+    return {**hooked, **{axis: plate_nodes(specimen).gap for axis in plated}}
+
+
+def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
+    """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
+    lengths = gauge_lengths(specimen, plated)
+    if isinstance(specimen.stitch, Filament):
+        # Its section is round: two sides of a square stand for it.
+        side = specimen.stitch.side * specimen.loop_width
+        return SpecimenSize(
+            extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"
+        )
+    return SpecimenSize(
+        extents={"P": thickness, **lengths},
+        fibre_radius=specimen.radius,
+        convention="specimen" if "P" in lengths else "unit",
+    )
