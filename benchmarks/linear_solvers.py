@@ -17,20 +17,20 @@ from scipy.sparse.linalg import splu
 
 from benchmarks.main_job import stiffness
 from knitlab_core.contact.neighbours import find_candidates
-from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
-from knitlab_core.equilibrium.ordering import choose_order, node_graph
 from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, Specimen, volumetric_specimen
 from knitlab_core.rods.stiffness import rod_hessian
+from knitlab_core.sparse.cholesky import BlockCholesky
+from knitlab_core.sparse.ordering import choose_order, node_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.arrays import FloatArray
-    from knitlab_core.rods.blocks import Pattern
+    from knitlab_core.sparse.blocks import Pattern
 
 SHIFT = 1e-2
 """Added to a diagonal that may have floppy modes [E r]."""

@@ -19,7 +19,7 @@ from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
-    from knitlab_core.rods.blocks import Pattern
+    from knitlab_core.sparse.blocks import Pattern
 
 PROTOCOL = Path(__file__).resolve().parent.parent / "examples" / "biaxial_cycle.yaml"
 PARTS = (

@@ -13,8 +13,8 @@ from knitlab_core.contact.forces import add_pair
 from knitlab_core.contact.slip import Placed, add_slip_curvature, add_slip_slope, carried_along, opened
 from knitlab_core.contact.stiffness import add_square, scatter_square
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub
+from knitlab_core.sparse.blocks import Pattern
 
 
 @inline_kernel

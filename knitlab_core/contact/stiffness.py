@@ -12,8 +12,8 @@ from knitlab_core.contact.pairs import Candidates
 from knitlab_core.contact.samples import Samples
 from knitlab_core.contact.slip import Placed, add_edge_curvatures, add_pull, fill_slope, turned_anchor
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, norm, row, scale, sub
+from knitlab_core.sparse.blocks import Pattern
 
 
 @inline_kernel

@@ -24,7 +24,7 @@ from knitlab_core.contact.samples import Samples, sample_points
 from knitlab_core.contact.slip import Placed
 from knitlab_core.contact.stiffness import contact_hessian, friction_hessian
 from knitlab_core.equilibrium.pattern import locate_across
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
 
 SKIN = 2.0
 """Extra distance within which span pairs are listed [r]: they are cheap to pass over, and to list is not."""

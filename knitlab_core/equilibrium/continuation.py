@@ -11,9 +11,9 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.newton import COUPLED, FAR, Options, Report, force_scale
-from knitlab_core.equilibrium.sums import length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
+from knitlab_core.sparse.sums import length
 
 FIRST_DRAG = 1e-5
 """Drag of the first step [E r]: some ten times what a loop resists its bending with."""

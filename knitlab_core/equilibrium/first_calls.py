@@ -3,12 +3,12 @@
 import numpy as np
 
 from knitlab_core.contact.pairs import Candidates
-from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.pattern import fix_unknowns, free_only, locate_across, make_pattern, multiply
-from knitlab_core.equilibrium.sums import inner
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.stiffness import rod_hessian
+from knitlab_core.sparse.cholesky import BlockCholesky
+from knitlab_core.sparse.sums import inner
 
 NODES = 8
 

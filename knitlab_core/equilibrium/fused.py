@@ -7,8 +7,8 @@ from knitlab_core.contact.bond_forces import bond_energy, bond_gradient, bond_he
 from knitlab_core.contact.bonds import Bonds, BondState
 from knitlab_core.contact.slip import Placed, place_edges
 from knitlab_core.equilibrium.pattern import update_pattern
-from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.frames import Frames
+from knitlab_core.sparse.blocks import Pattern
 
 
 class Fused:

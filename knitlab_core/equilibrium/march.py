@@ -8,15 +8,15 @@ import numpy as np
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.breaking import break_due, reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
-from knitlab_core.equilibrium.creep import relaxed, relaxing
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
-from knitlab_core.equilibrium.snapping import BRISK, THICK, come_to_rest, counted
+from knitlab_core.equilibrium.snap_through import BRISK, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
-from knitlab_core.equilibrium.sums import inner, length
+from knitlab_core.equilibrium.viscoelastic_step import relaxed, relaxing
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import Frames, follow
+from knitlab_core.sparse.sums import inner, length
 
 MOST_MOVES = 150
 """Moves in which a snap must come to rest."""

@@ -12,7 +12,7 @@ from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, sample_weights
 from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.contact.samples import Samples
-from knitlab_core.equilibrium.poles import Hooks, PoleMemory
+from knitlab_core.equilibrium.hook_friction import Hooks, PoleMemory
 from knitlab_core.errors import GeometryError
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation

@@ -16,9 +16,9 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.model import SMALLEST_FLOOR
-from knitlab_core.equilibrium.sums import inner, length
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
+from knitlab_core.sparse.sums import inner, length
 
 COUPLED = 0.02
 """Accuracy of a step where friction's loads are brought along."""

@@ -6,7 +6,7 @@ from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.bonds import Bonds
 from knitlab_core.contact.pairs import Candidates
 from knitlab_core.jit import kernel
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
 
 
 def _across_keys(candidates: Candidates | Bonds, n: int) -> IndexArray:

@@ -16,11 +16,11 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
-from knitlab_core.equilibrium.creep import relaxing
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
-from knitlab_core.equilibrium.snapping import kept
+from knitlab_core.equilibrium.snap_through import kept
+from knitlab_core.equilibrium.viscoelastic_step import relaxing
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.rupture import cut_history, cut_rods, fibre_strain

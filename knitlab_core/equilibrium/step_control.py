@@ -13,7 +13,7 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import STEADY, Lead, Memory, slip_change
 from knitlab_core.equilibrium.model import Model, State
-from knitlab_core.equilibrium.sums import inner, length
+from knitlab_core.sparse.sums import inner, length
 
 LARGEST_CHANGE = 0.5
 """Largest change of slip in a step; see `friction.slip_change`."""

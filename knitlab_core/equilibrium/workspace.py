@@ -8,19 +8,19 @@ from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, place_edges
 from knitlab_core.equilibrium.carried import Carried
-from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.contacts import Contacts
-from knitlab_core.equilibrium.coupled import make_basis, solve_coupled
 from knitlab_core.equilibrium.fused import Fused
+from knitlab_core.equilibrium.hook_friction import PoleMemory, Poles
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.pattern import fix_unknowns, free_only, make_pattern, multiply
-from knitlab_core.equilibrium.poles import PoleMemory, Poles
 from knitlab_core.equilibrium.stopwatch import Stopwatch
-from knitlab_core.equilibrium.sums import inner
-from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import rod_energy, rod_gradient
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.rods.stiffness import add_rod_hessian, rod_hessian
+from knitlab_core.sparse.blocks import Pattern
+from knitlab_core.sparse.cholesky import BlockCholesky
+from knitlab_core.sparse.gmres import make_basis, solve_coupled
+from knitlab_core.sparse.sums import inner
 from knitlab_core.threads import both
 
 PATTERN_SKIN = 1.0

@@ -9,11 +9,11 @@ vectors are collected, so that every block of two edges is a few outer products.
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.blocks import Pattern
 from knitlab_core.rods.energies import NOTHING, curvature_slopes, end_tension
 from knitlab_core.rods.frames import Frames, material_curvature, material_directors
 from knitlab_core.rods.rod import Rods, eased, span_chord, span_length
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
+from knitlab_core.sparse.blocks import Pattern
 
 Triad = tuple[Vector, Vector, Vector]
 """Tangent and material directors of an edge."""

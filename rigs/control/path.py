@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
-from knitlab_core.equilibrium.snapping import jumps_between
+from knitlab_core.equilibrium.snap_through import jumps_between
 from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.errors import ConvergenceError
 from rigs.control.resume_point import START, PathPosition

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitlab_core.equilibrium.knitting_in import knit_in
+from knitlab_core.equilibrium.dry_relaxation import knit_in
+from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS, make_model
-from knitlab_core.equilibrium.poles import pole_forces
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import Relaxation

@@ -13,7 +13,7 @@ from rigs.axes import COORDINATE, SITES
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from knitlab_core.equilibrium.poles import Hooks
+    from knitlab_core.equilibrium.hook_friction import Hooks
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis, FloatArray
     from rigs.machines.fixtures import Grip
@@ -97,7 +97,7 @@ def sliding_hooks(grips: Pairs, friction: Mapping[Axis, float], q: FloatArray) -
     Hooks or None
         The wires of every loop, and every pin whose pole rubs; None if there are none.
     """
-    from knitlab_core.equilibrium.poles import Hooks  # noqa: PLC0415 (kernels: a plan needs none)
+    from knitlab_core.equilibrium.hook_friction import Hooks  # noqa: PLC0415 (kernels: a plan needs none)
 
     found = [
         (nodes, COORDINATE[axis], grip.pole, 0.0 if nodes[0] in grip.anchored else friction[axis])

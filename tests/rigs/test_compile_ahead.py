@@ -12,11 +12,12 @@ import pytest
 
 from app import compile_ahead
 from app.compile_ahead import compiling_beside
-from knitlab_core.equilibrium import cholesky, minimum_degree, ordering, pattern, sums, supernodes
+from knitlab_core.equilibrium import pattern
 from knitlab_core.equilibrium.first_calls import call_search
 from knitlab_core.equilibrium.march import advance
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods import stiffness
+from knitlab_core.sparse import cholesky, minimum_degree, ordering, sums, supernodes
 from tests.unit.equilibrium.strands import strand, stretched
 
 ROOT = Path(__file__).parents[2]

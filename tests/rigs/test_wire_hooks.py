@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from app.rig_data import read_machine
+from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.march import advance, march
-from knitlab_core.equilibrium.poles import pole_forces
 from knitlab_core.errors import SpecificationError
 from rigs.axes import COORDINATE
 from rigs.machines.rig import pose, read

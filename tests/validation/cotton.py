@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from knitlab_core.equilibrium.knitting_in import STEPS, knit_in
+from knitlab_core.equilibrium.dry_relaxation import STEPS, knit_in
 from knitlab_core.equilibrium.model import SAMPLE_SPACING, Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_STITCHES, Specimen, planar_specimen

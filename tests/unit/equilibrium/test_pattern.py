@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern, multiply, update_pattern
-from tests.unit.equilibrium.blocks import dense, random_blocks, random_pattern, touching
+from tests.unit.sparse.blocks import dense, random_blocks, random_pattern, touching
 
 
 def test_blocks_lie_in_the_lower_triangle_sorted_and_once() -> None:

@@ -3,9 +3,9 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from knitlab_core.equilibrium.cholesky import BlockCholesky
 from knitlab_core.equilibrium.pattern import multiply
-from tests.unit.equilibrium.blocks import dense, lattice, random_blocks, random_pattern
+from knitlab_core.sparse.cholesky import BlockCholesky
+from tests.unit.sparse.blocks import dense, lattice, random_blocks, random_pattern
 
 
 @pytest.mark.parametrize(("n", "contacts"), [(3, 0), (4, 1), (20, 0), (20, 15), (60, 80)])

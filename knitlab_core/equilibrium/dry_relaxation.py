@@ -20,7 +20,7 @@ import numpy as np
 from knitlab_core.equilibrium.march import Failure, advance
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.snapping import BRISK, come_to_rest
+from knitlab_core.equilibrium.snap_through import BRISK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError, SpecificationError
 from knitlab_core.rods.rod import measure_strains

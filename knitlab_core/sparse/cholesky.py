@@ -7,11 +7,11 @@ positive definite is found at the first pivot that is not positive, and the work
 import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.equilibrium.panels import factor_panel, solve_down, solve_up, subtract_product
-from knitlab_core.equilibrium.subtrees import split
-from knitlab_core.equilibrium.supernodes import Factorisation, analyse
 from knitlab_core.jit import inline_kernel, kernel
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
+from knitlab_core.sparse.panels import factor_panel, solve_down, solve_up, subtract_product
+from knitlab_core.sparse.subtrees import split
+from knitlab_core.sparse.supernodes import Factorisation, analyse
 from knitlab_core.threads import both
 
 

@@ -11,7 +11,7 @@ from knitlab_core.contact.pairs import Candidates
 from knitlab_core.equilibrium.pattern import make_pattern
 
 if TYPE_CHECKING:
-    from knitlab_core.rods.blocks import Pattern
+    from knitlab_core.sparse.blocks import Pattern
 
 FloatArray = NDArray[np.float64]
 

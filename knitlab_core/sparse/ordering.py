@@ -6,11 +6,11 @@ import numpy as np
 from scipy import sparse
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.equilibrium.dissection import dissect
-from knitlab_core.equilibrium.minimum_degree import minimum_degree
-from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
+from knitlab_core.sparse.dissection import dissect
+from knitlab_core.sparse.minimum_degree import minimum_degree
+from knitlab_core.sparse.quotient import Graph
 
 DISSECT_ABOVE = 2e8
 """Operations of a factorisation from which a dissection is tried: below, trying takes longer than it may save."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.equilibrium.pattern import multiply
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
 
 TIE = 100.0
 """Stiffness between neighbouring nodes of a wire, along the pole [E r]: they part by 1e-4 r at the largest forces."""

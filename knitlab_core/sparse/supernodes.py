@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
-from knitlab_core.equilibrium.ordering import Elimination, choose_order, node_graph
-from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
-from knitlab_core.rods.blocks import Pattern
+from knitlab_core.sparse.blocks import Pattern
+from knitlab_core.sparse.ordering import Elimination, choose_order, node_graph
+from knitlab_core.sparse.quotient import Graph
 
 NARROW = 2
 NARROW_ZEROS, WIDE_ZEROS = 0.25, 0.05

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium import dissection
-from knitlab_core.equilibrium.dissection import dissect
-from knitlab_core.equilibrium.minimum_degree import minimum_degree
-from knitlab_core.equilibrium.ordering import choose_order, eliminate, node_graph
-from knitlab_core.equilibrium.quotient import Graph
-from tests.unit.equilibrium.blocks import lattice
+from knitlab_core.sparse import dissection
+from knitlab_core.sparse.dissection import dissect
+from knitlab_core.sparse.minimum_degree import minimum_degree
+from knitlab_core.sparse.ordering import choose_order, eliminate, node_graph
+from knitlab_core.sparse.quotient import Graph
+from tests.unit.sparse.blocks import lattice
 
 
 def parts(graph: Graph, part: np.ndarray[tuple[int], np.dtype[np.int64]]) -> dict[int, set[int]]:

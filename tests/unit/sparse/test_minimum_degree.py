@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.minimum_degree import minimum_degree
-from knitlab_core.equilibrium.ordering import eliminate, node_graph
-from knitlab_core.equilibrium.quotient import Graph
-from tests.unit.equilibrium.blocks import lattice, random_pattern
+from knitlab_core.sparse.minimum_degree import minimum_degree
+from knitlab_core.sparse.ordering import eliminate, node_graph
+from knitlab_core.sparse.quotient import Graph
+from tests.unit.sparse.blocks import lattice, random_pattern
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from knitlab_core.equilibrium.coupled import solve_coupled
+from knitlab_core.sparse.gmres import solve_coupled
 
 
 @pytest.mark.parametrize("size", [0.1, 0.6, 3.0])

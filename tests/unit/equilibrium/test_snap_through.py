@@ -8,7 +8,7 @@ import pytest
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.snapping import EASY, SOLID, THICK, THICKER, come_to_rest, kept
+from knitlab_core.equilibrium.snap_through import EASY, SOLID, THICK, THICKER, come_to_rest, kept
 from knitlab_core.equilibrium.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from math import sqrt
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium.sums import inner_rows, length
 from knitlab_core.jit import kernel
+from knitlab_core.sparse.sums import inner_rows, length
 
 MAX_KRYLOV = 30
 

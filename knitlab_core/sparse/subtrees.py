@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.equilibrium.supernodes import Factorisation
 from knitlab_core.jit import kernel
+from knitlab_core.sparse.supernodes import Factorisation
 
 SPLIT_ABOVE = 1.2e7
 """Operations of a factorisation from which it is split: a planar knit of 6x6 loops (7e6) gains nothing."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.contact.bond_law import BondLaw
-from knitlab_core.equilibrium.knitting_in import knit_in
+from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.sums import inner
 from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.sparse.sums import inner
 
 BRISK = Options(max_iterations=25)
 """A search that takes longer is of a loop that snaps: it is cheaper to follow it down."""

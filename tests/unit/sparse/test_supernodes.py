@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.ordering import choose_order, node_graph
-from knitlab_core.equilibrium.supernodes import Factorisation, analyse
-from knitlab_core.rods.blocks import Pattern
-from tests.unit.equilibrium.blocks import dense, lattice, random_blocks, random_pattern
+from knitlab_core.sparse.blocks import Pattern
+from knitlab_core.sparse.ordering import choose_order, node_graph
+from knitlab_core.sparse.supernodes import Factorisation, analyse
+from tests.unit.sparse.blocks import dense, lattice, random_blocks, random_pattern
 
 BoolMatrix = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
 

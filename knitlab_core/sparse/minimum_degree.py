@@ -9,8 +9,8 @@ those of the parts before, but count in their degrees.
 import numpy as np
 
 from knitlab_core.arrays import IndexArray
-from knitlab_core.equilibrium.quotient import ELEMENT, GONE, VARIABLE, Graph, Quotient, append, enlist, quotient, unlist
 from knitlab_core.jit import inner_kernel, kernel
+from knitlab_core.sparse.quotient import ELEMENT, GONE, VARIABLE, Graph, Quotient, append, enlist, quotient, unlist
 
 
 @inner_kernel

@@ -9,8 +9,8 @@ the nodes, and those on one side that touch the other are the separator.
 import numpy as np
 
 from knitlab_core.arrays import FloatArray, IndexArray
-from knitlab_core.equilibrium.quotient import Graph
 from knitlab_core.jit import kernel
+from knitlab_core.sparse.quotient import Graph
 
 LEAF = 1000
 """Nodes up to which a set is not parted: minimum degree does as well."""

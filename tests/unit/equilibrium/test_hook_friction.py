@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from knitlab_core.equilibrium.hook_friction import DRAG, TIE, Hooks, PoleMemory, Poles, pole_forces
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.pattern import multiply
-from knitlab_core.equilibrium.poles import DRAG, TIE, Hooks, PoleMemory, Poles, pole_forces
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import follow
 

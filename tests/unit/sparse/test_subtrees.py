@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from knitlab_core import threads
-from knitlab_core.equilibrium import subtrees
-from knitlab_core.equilibrium.cholesky import BlockCholesky
-from knitlab_core.equilibrium.supernodes import analyse
-from tests.unit.equilibrium.blocks import dense, random_blocks, random_pattern
+from knitlab_core.sparse import subtrees
+from knitlab_core.sparse.cholesky import BlockCholesky
+from knitlab_core.sparse.supernodes import analyse
+from tests.unit.sparse.blocks import dense, random_blocks, random_pattern
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
