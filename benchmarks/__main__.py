@@ -44,7 +44,7 @@ def main() -> None:
     helps = []
     for _ in range(REPEATS):
         began = perf_counter()
-        child("-m", "app.cli", "--help")
+        child("-m", "app.cli.main", "--help")
         helps.append(perf_counter() - began)
     print(f"knitlab --help, warm           {median(helps):.2f} s")
 

@@ -92,7 +92,7 @@ def knitlab(*words: object, pictures: bool = False, prepare: Callable[[], None] 
 
 def _run(words: list[str], *, pictures: bool, prepare: Callable[[], None] | None) -> None:
     """Be the command; never return."""
-    from app import cli
+    from app.cli import main as cli
 
     code: object = 1
     try:
@@ -170,7 +170,7 @@ def killed_run(folder: Path, rows: int = 8) -> Path:
     """Make a run that was killed after some rows, with a checkpoint."""
 
     def kill_late() -> None:
-        from app.checkpoint import Keeper
+        from app.records.checkpoint import Keeper
 
         keep, kept = Keeper.keep, []
 
@@ -195,7 +195,7 @@ def damage(trials: int, seed: int) -> None:
         killed = killed_run(folder)
         open_ended = shutil.copytree(whole, folder / "Unsealed")
         record = open_ended / "run.h5"
-        from app.seal import sealed_size
+        from app.records.seal import sealed_size
 
         os.truncate(record, sealed_size(record) or record.stat().st_size)
         cases = list(_damage_cases(whole, open_ended, killed, folder / "disk.yaml"))
@@ -332,7 +332,7 @@ def full(sizes: Sequence[float], seed: int) -> None:
 
 
 def _rows(run: Path) -> int | None:
-    from app.run_reader import RunReader
+    from app.records.reader import RunReader
     from knitlab_core.errors import KnitlabError
 
     try:
@@ -362,10 +362,8 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=300)
     parser.add_argument("--seed", type=int, default=25)
     asked = parser.parse_args()
-    import app.compare
     import app.printing.job
-    import app.sem.images
-    import app.usecases  # noqa: F401 (forked with every trial)
+    import app.runs.use_cases  # noqa: F401 (forked with every trial)
 
     if asked.what == "full":
         full([0.25 + 0.75 * k for k in range(14)], asked.seed)

@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from app.check import build_specimen
-from app.rig_data import machines_of
+from app.checks.dry_run import build_specimen
 from app.schemas import loads
+from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PROTOCOL, peak_memory
 from benchmarks.volumetric import EXAMPLES
 from rigs.control.experiment import perform

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.check import build_specimen
-from app.rig_data import machines_of
+from app.checks.dry_run import build_specimen
 from app.schemas import load
+from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PROTOCOL
 from knitlab_core.equilibrium import march
 from rigs.control.experiment import perform

@@ -10,9 +10,9 @@ from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from app.check import build_specimen
-from app.rig_data import machines_of
+from app.checks.dry_run import build_specimen
 from app.schemas import load
+from app.schemas.machine_data import machines_of
 from rigs.control.experiment import perform
 from rigs.machines.rig import Rig, mount
 from rigs.record import Equilibrium

@@ -14,10 +14,10 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from app.compile_ahead import compiling_beside
+from app.runs.compile_ahead import compiling_beside
 
 SMALL = Path(__file__).resolve().parent.parent / "examples" / "biaxial_small.yaml"
-CLI = "from app.cli import main; import sys; sys.argv[0] = 'knitlab'; main()"
+CLI = "from app.cli.main import main; import sys; sys.argv[0] = 'knitlab'; main()"
 FIRST_ROW = "from benchmarks.startup import first_row; first_row()"
 
 

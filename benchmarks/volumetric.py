@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 from time import perf_counter
 
-from app.check import build_specimen
-from app.rig_data import machines_of
+from app.checks.dry_run import build_specimen
 from app.schemas import loads
+from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PARTS, peak_memory
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from app.rig_data import machines_of
 from app.schemas import load
+from app.schemas.machine_data import machines_of
 from knitlab_core.knits import NAMED_STITCHES
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount

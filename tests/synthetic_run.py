@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.rig_data import read_machine
-from app.run_layout import make_record
-from app.run_reader import RunReader
-from app.runs import RunWriter
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
+from app.schemas.machine_data import read_machine
 from rigs.instruments.channels import Instrument, Zeroing, measure
 from rigs.machines.machine import instrument_of
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of

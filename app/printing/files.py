@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import trimesh
 
-from app.run_folder import write_whole
+from app.records.folder import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

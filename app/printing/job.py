@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import TYPE_CHECKING, Final
 
-from app.check import build_specimen
+from app.checks.dry_run import build_specimen
 from app.file_names import file_stem
 from app.printing.checks import Check, printer_checks, surface_checks
 from app.printing.fibres import specimen_fibres

@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.rig_data import read_numbers
+from app.schemas.machine_data import read_numbers
 from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.knits.stitch import is_positive
 from rigs.machines.printer import PrinterData

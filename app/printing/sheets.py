@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from app.run_folder import whole_file
+from app.records.folder import whole_file
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Sweep a circle along a polyline: a closed tube of triangles.
 
-`app.tubes` hands pictures a centreline and leaves the tube to VTK, which neither bounds its error nor runs
+`app.views.tubes` hands pictures a centreline and leaves the tube to VTK, which neither bounds its error nor runs
 without the extra for pictures; nothing of it fits here.
 """
 

@@ -14,7 +14,7 @@ from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.models import SCHEMA, LogModel, ProtocolModel
 from app.schemas.specimen import VolumetricStitchModel
-from app.units import write
+from app.schemas.units import write
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 from knitlab_core.materials import MATERIALS, Material
 from rigs.protocol.catalogue import CATALOGUE

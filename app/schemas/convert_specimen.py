@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.specimen import FilamentModel, StitchModel
-from app.units import write
+from app.schemas.units import write
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area

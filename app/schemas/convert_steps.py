@@ -20,7 +20,7 @@ from app.schemas.steps import (
     UntilRuptureModel,
     ZeroStep,
 )
-from app.units import parse, write
+from app.schemas.units import parse, write
 from knitlab_core.errors import SpecificationError, UnitError
 from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
 from rigs.protocol.targets import ForceRate, StepLog, StrainRate, Target, Until
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from app.schemas.document import Document, Place
     from app.schemas.steps import HoldModel, StepLogModel, TargetModel, UntilModel
-    from app.units import Dimension
+    from app.schemas.units import Dimension
     from rigs.protocol.targets import Control, Rate
 
 _MEASURES: Final[Mapping[Control, Dimension]] = {"strain": "strain", "displacement": "length", "force": "force"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.units import write
+from app.schemas.units import write
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

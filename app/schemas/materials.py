@@ -15,8 +15,8 @@ from pydantic import Field, StringConstraints, ValidationError
 from app.schemas.base import BRANCH, Model
 from app.schemas.document import dotted
 from app.schemas.errors import Faults, ProtocolError, in_order, nearest, shown
+from app.schemas.units import allowed, write
 from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
-from app.units import allowed, write
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
 from rigs.protocol.bounds import LABEL, is_label
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from app.schemas.document import Document, Place
-    from app.units import Dimension
+    from app.schemas.units import Dimension
 
 SCHEMA: Final = "knitlab/materials@1"
 _PART: Final = re.compile(r"[^.\[\]]+")

@@ -13,8 +13,8 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.steps import EVENTS, EVERY_CYCLE, STEP_MODELS, StepModel
+from app.schemas.units import allowed
 from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
-from app.units import allowed
 from rigs.axes import Axis
 from rigs.protocol.catalogue import Others, RigName
 

@@ -5,8 +5,8 @@ from typing import Annotated, Final, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
+from app.schemas.units import allowed
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
-from app.units import allowed
 from rigs.protocol.catalogue import Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture
 

@@ -10,6 +10,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from app.schemas.base import BRANCH, Model
+from app.schemas.units import Dimension, allowed, parse
 from app.schemas.values import (
     EVERY,
     LEVEL,
@@ -29,7 +30,6 @@ from app.schemas.values import (
     bounds,
     refuse,
 )
-from app.units import Dimension, allowed, parse
 from knitlab_core.errors import UnitError
 from rigs.axes import Axis
 from rigs.protocol.steps import RUPTURE_DROP, Channel, Control

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from app.schemas.errors import shown
-from app.units import Dimension, allowed, parse
+from app.schemas.units import Dimension, allowed, parse
 from knitlab_core.errors import SpecificationError, UnitError
 from rigs.protocol.targets import Bound, ForceRate, Rate, StrainRate
 

@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from app.run_folder import write_whole
+from app.records.folder import write_whole
 from app.service.jobs import JobSpec, Progress
 
 if TYPE_CHECKING:

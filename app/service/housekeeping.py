@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Final
 
 import sqlalchemy as sa
 
-from app.service.claims import AWAY, first_line
 from app.service.deliveries import forget_ended
 from app.service.jobs import FINAL, NotEndedError, UnknownJobError
+from app.service.leases import AWAY, first_line
 from app.service.tables import deleted, hold, jobs, keys
 
 if TYPE_CHECKING:

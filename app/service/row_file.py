@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from app.run_folder import write_whole
+from app.records.folder import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from app.run_reader import RunReader
+    from app.records.reader import RunReader
     from rigs.axes import Axis
     from rigs.record import Equilibrium
 

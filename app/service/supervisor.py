@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import psutil
 
-from app.service import child
-from app.service.claims import AWAY, claim, first_line, orders
+from app.service import job_process
 from app.service.folder import Result
+from app.service.leases import AWAY, claim, first_line, orders
 
 if TYPE_CHECKING:
     from multiprocessing.context import ForkServerContext, SpawnContext
     from multiprocessing.process import BaseProcess
 
-    from app.service.claims import Claim, Order
     from app.service.folder import JobFolder
     from app.service.jobs import JobSpec
+    from app.service.leases import Claim, Order
     from app.service.store import Store
 
 Stop = Literal["cancel", "pause", "drain", "lost", "timeout", "memory"]
@@ -132,9 +132,9 @@ class Supervisor:
             if stop == "pause":
                 held.release()
                 return
-            if stop is None and code == child.TROUBLE:
+            if stop is None and code == job_process.TROUBLE:
                 raise OSError(f"job {held.job}: its process could not keep its files; job.log says more")
-            if stop is None and code == child.LOCKED:
+            if stop is None and code == job_process.LOCKED:
                 self._free(files)
             elif (failed := self._verdict(held, spec, stop, code)) is not None:
                 files.write_result(failed)
@@ -151,7 +151,7 @@ class Supervisor:
                 limit = (spec.memory or 0) / _MEBIBYTE
                 return Result(end=stop, message=f"held more than its memory limit of {limit:.0f} MiB", failed=True)
         # Whoever stops the whole service may stop its processes one by one.
-        if code == child.STOPPED or self.draining.is_set():
+        if code == job_process.STOPPED or self.draining.is_set():
             return None
         times = held.crashed()
         if times is None or times < ATTEMPTS:
@@ -160,7 +160,7 @@ class Supervisor:
 
     def _attempt(self, held: Claim, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
         """Run the job's process once; return why it was stopped and its exit code."""
-        process = self._context.Process(target=child.work, args=(str(files.path), self._threads), daemon=True)
+        process = self._context.Process(target=job_process.work, args=(str(files.path), self._threads), daemon=True)
         with self._processes:
             process.start()
         began, ran, stop, counted = time.monotonic(), files.ran(), None, False
@@ -176,7 +176,7 @@ class Supervisor:
         finally:
             self._end(process)
         # One that found the folder taken was no attempt.
-        if not counted and process.exitcode != child.LOCKED:
+        if not counted and process.exitcode != job_process.LOCKED:
             held.begin()
         return stop, process.exitcode or 0
 
@@ -232,7 +232,7 @@ def _context() -> SpawnContext | ForkServerContext:
     # Else it looks for our modules in the working folder first, whatever stands there under their names.
     os.environ["PYTHONSAFEPATH"] = "1"
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["app.service.warm"])
+    context.set_forkserver_preload(["app.cli.main", "app.service.warm"])
     return context
 
 

@@ -15,7 +15,7 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from app.service.smallest import PROTOCOL
+from app.service.warmup_protocol import PROTOCOL
 
 
 def one_thread() -> None:
@@ -27,10 +27,9 @@ def one_thread() -> None:
 
 def warm_up() -> None:
     """Run the small test in a folder that goes away; a failure leaves the jobs slower, not broken."""
-    from app import cli  # noqa: F401, PLC0415 (the entry point, which every process imports)
+    from app.runs.use_cases import run_loaded  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
-    from app.service import child  # noqa: F401, PLC0415
-    from app.usecases import run_loaded  # noqa: PLC0415
+    from app.service import job_process  # noqa: F401, PLC0415
 
     with tempfile.TemporaryDirectory() as folder:
         run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, draw=None)

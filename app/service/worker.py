@@ -11,9 +11,9 @@ import uuid
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
-from app.service.claims import AWAY, first_line
 from app.service.deliveries import listen, stop_listening
-from app.service.pulse import LEASE, Pulse, adopt
+from app.service.heartbeat import LEASE, Pulse, adopt
+from app.service.leases import AWAY, first_line
 from app.service.supervisor import GRACE, Supervisor
 from knitlab_core.errors import KnitlabError
 

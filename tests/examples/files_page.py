@@ -7,8 +7,8 @@ from pathlib import Path
 
 import h5py
 
-from app.export import export_log
-from app.run_reader import RunReader
+from app.records.export import export_log
+from app.records.reader import RunReader
 from rigs.logs.catalogue import LOGS
 from tests.readers.write_files import FRAME, INDENTER, STAGE, TRIAXIAL, run
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from app.figures import energy_balance_error
-from app.rig_data import machines_of
-from app.run_reader import RunReader
+from app.records.reader import RunReader
+from app.records.results import energy_balance_error
+from app.runs.use_cases import run_protocol
 from app.schemas import from_yaml, load
-from app.usecases import run_protocol
+from app.schemas.machine_data import machines_of
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Ramp, Target
@@ -156,7 +156,7 @@ def test_cotton_loads_its_hooks_before_it_is_pulled() -> None:
 
 
 def test_a_record_says_what_it_was_made_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
     result = run_protocol(EXAMPLES / "rupture_small.yaml", tmp_path / "run", lambda _share, _text: None)
     assert result.outcome == "rupture"
     run = RunReader(result.folder / "run.h5")

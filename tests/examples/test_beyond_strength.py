@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import h5py
 import pytest
 
-from app.cli import main
-from app.run_reader import RunReader
+from app.cli.main import main
+from app.records.reader import RunReader
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,7 +39,7 @@ steps:
 
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.drawing.draw_pictures", lambda *_: "")
+    monkeypatch.setattr("app.views.drawing.draw_pictures", lambda *_: "")
 
 
 def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> tuple[str, str]:

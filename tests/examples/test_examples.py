@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.figures import energy_balance_error
-from app.run_reader import RunReader
+from app.records.reader import RunReader
+from app.records.results import energy_balance_error
+from app.runs.use_cases import RunResult, run_protocol
 from app.schemas import from_yaml, to_yaml
-from app.usecases import RunResult, run_protocol
 from rigs.analysis.cycles import branch, stress_strain
 from rigs.protocol.specimen import make_specimen
 from tests.synthetic_run import BOTH
@@ -65,7 +65,7 @@ def run_example(name: str, folder: Path) -> Ran:
 @pytest.fixture(scope="module")
 def quick_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+        patch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
         yield
 
 

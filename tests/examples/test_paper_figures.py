@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.figures import energy_balance_error
-from app.rig_data import machines_of
+from app.records.results import energy_balance_error
 from app.schemas import load
+from app.schemas.machine_data import machines_of
 from rigs.analysis.cycles import stress_strain
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from app.checkpoint import CHECKPOINT
-from app.cli import main
-from app.run_reader import RunReader
+from app.cli.main import main
+from app.records.checkpoint import CHECKPOINT
+from app.records.reader import RunReader
+from app.runs.sweeps import SweepResult, run_sweep
+from app.runs.use_cases import run_protocol
 from app.schemas import load, load_sweep, loads
-from app.sweeps import SweepResult, run_sweep
-from app.usecases import run_protocol
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def small(name: str, folder: Path, **more: str) -> Path:
 @pytest.fixture(scope="module", autouse=True)
 def quick_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+        patch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
         yield
 
 

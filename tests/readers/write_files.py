@@ -9,10 +9,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from app.export import export_log
-from app.run_reader import RunReader
+from app.records.export import export_log
+from app.records.reader import RunReader
+from app.runs.use_cases import run_loaded
 from app.schemas import loads
-from app.usecases import run_loaded
 from rigs.logs.catalogue import LOGS
 from rigs.logs.locales import LOCALES
 

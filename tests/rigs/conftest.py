@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from app.rig_data import machines_of
+from app.schemas.machine_data import machines_of
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import LogSpec, Protocol, SpecimenSpec, Step
 from rigs.protocol.specimen import make_specimen
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Paint with lines: VTK takes many seconds where no graphics card helps it."""
-    monkeypatch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.usecases import run_protocol
+from app.runs.use_cases import run_protocol
 from knitlab_core.equilibrium.march import march
 from rigs.axes import COORDINATE, SITES
 from rigs.machines.rig import most_strained, place_of, pose, read

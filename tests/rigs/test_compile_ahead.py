@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from app import compile_ahead
-from app.compile_ahead import compiling_beside
+from app.runs import compile_ahead
+from app.runs.compile_ahead import compiling_beside
 from knitlab_core.equilibrium import pattern
 from knitlab_core.equilibrium.first_calls import call_search
 from knitlab_core.equilibrium.march import advance
@@ -57,7 +57,7 @@ def test_no_process_is_started_where_it_cannot_help(monkeypatch: pytest.MonkeyPa
 def test_the_process_does_not_outlive_the_run(tmp_path: Path, *, killed: bool) -> None:
     code = (
         "import psutil, sys\n"
-        "from app.compile_ahead import compiling_beside\n"
+        "from app.runs.compile_ahead import compiling_beside\n"
         "with compiling_beside():\n"
         "    print(*(child.pid for child in psutil.Process().children()), flush=True)\n"
         "    sys.stdin.readline()\n"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from app.rig_data import machines_of, read_machine
+from app.schemas.machine_data import machines_of, read_machine
 from knitlab_core.materials import Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import psutil
 import pytest
 
-from app.drawing import Drawer, drawer
+from app.views.drawing import Drawer, drawer
 from tests.synthetic_run import make_run
 
 if TYPE_CHECKING:
-    from app.run_reader import RunReader
+    from app.records.reader import RunReader
 
 ROOT = Path(__file__).parents[2]
 QUICK = """\
@@ -63,7 +63,7 @@ def test_a_process_draws_what_it_is_asked_for_and_ends(run: RunReader) -> None:
 
 
 def test_where_the_process_is_killed_this_one_draws(run: RunReader, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.pictures.vtk_images", lambda *_, **__: "drawn here")
+    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "drawn here")
     with Drawer() as draw:
         process = process_of(draw)
         process.kill()
@@ -73,7 +73,9 @@ def test_where_the_process_is_killed_this_one_draws(run: RunReader, monkeypatch:
 
 
 def test_a_process_that_draws_does_not_outlive_the_one_that_wanted_it() -> None:
-    code = "import time; from app.drawing import Drawer\nprint(Drawer()._process.pid, flush=True); time.sleep(600.0)"
+    code = (
+        "import time; from app.views.drawing import Drawer\nprint(Drawer()._process.pid, flush=True); time.sleep(600.0)"
+    )
     parent = subprocess.Popen(  # noqa: S603
         [sys.executable, "-c", code],
         stdout=subprocess.PIPE,
@@ -104,8 +106,8 @@ def test_a_command_says_the_time_it_took_and_draws_once(tmp_path: Path, *, pictu
     (tmp_path / "quick.yaml").write_text(QUICK, encoding="utf-8")
     # What would draw in this process fails: the pictures can only come from the other (kernels are compiled by then).
     code = (
-        "import sys, app.drawing; app.drawing.draw_pictures = None\n"
-        "from app.cli import main; sys.argv[0] = 'knitlab'; main()"
+        "import sys, app.views.drawing; app.views.drawing.draw_pictures = None\n"
+        "from app.cli.main import main; sys.argv[0] = 'knitlab'; main()"
     )
     words = ["run", "quick.yaml", "--out", "run", "--quiet", "--json", *([] if pictures else ["--no-pictures"])]
     began = time.perf_counter()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import read_machine
+from app.schemas.machine_data import read_machine
 from knitlab_core.equilibrium.newton import Options
 from rigs.control.experiment import perform
 from rigs.instruments.channels import Zeroing

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from app.rig_data import read_machine
+from app.schemas.machine_data import read_machine
 from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.controller import DEAD_BAND, FILTER
 from rigs.control.experiment import perform

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.check import dry_run, fitted_machines
-from app.provenance import provenance
-from app.run_reader import RunReader
+from app.checks.dry_run import dry_run, fitted_machines
+from app.records.reader import RunReader
+from app.runs.provenance import provenance
+from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, loads, to_yaml
-from app.usecases import run_protocol
 from knitlab_core.equilibrium.march import march
 from knitlab_core.rods.relaxation import rod_strains
 from rigs.analysis.cycles import stress_strain

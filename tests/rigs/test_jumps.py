@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import pytest
 
-from app.rig_data import machines_of
 from app.schemas import load
+from app.schemas.machine_data import machines_of
 from rigs.control.experiment import perform
 from rigs.instruments.channels import measure
 from rigs.jumps import jumped

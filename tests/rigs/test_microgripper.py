@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from app.check import dry_run
-from app.provenance import provenance
-from app.rig_data import machines_of
-from app.run_reader import RunReader
+from app.checks.dry_run import dry_run
+from app.records.reader import RunReader
+from app.runs.provenance import provenance
+from app.runs.use_cases import run_protocol
 from app.schemas import load, loads
-from app.usecases import run_protocol
+from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import plate_nodes
 from rigs.analysis.cycles import stress_strain

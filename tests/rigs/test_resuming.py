@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 import pytest
 
-from app.checkpoint import Origin, Saved, read_checkpoint, save
-from app.rig_data import machines_of
+from app.records.checkpoint import Origin, Saved, read_checkpoint, save
+from app.schemas.machine_data import machines_of
 from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from app.cli import main
-from app.export import export_run
-from app.run_reader import RunReader
-from app.usecases import run_protocol
+from app.cli.main import main
+from app.records.export import export_run
+from app.records.reader import RunReader
+from app.runs.use_cases import run_protocol
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.errors import FormatError
 from rigs.control.experiment import perform
@@ -43,8 +43,8 @@ def run_cli(*words: object) -> subprocess.Popen[str]:
     # A shell's background jobs ignore SIGINT, and children inherit that.
     code = (
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "import app.pictures; app.pictures.vtk_images = lambda *_, **__: 'quick'\n"
-        "from app.cli import main; sys.argv[0] = 'knitlab'; main()"
+        "import app.views.renders; app.views.renders.vtk_images = lambda *_, **__: 'quick'\n"
+        "from app.cli.main import main; sys.argv[0] = 'knitlab'; main()"
     )
     command = [sys.executable, "-c", code, *map(str, words)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # noqa: S603
@@ -106,7 +106,7 @@ def test_the_progress_of_an_interrupted_run_stays_where_it_was(tmp_path: Path, m
                 raise KeyboardInterrupt
             yield event
 
-    monkeypatch.setattr("app.carry_out.perform", interrupted)
+    monkeypatch.setattr("app.runs.runner.perform", interrupted)
     result = run_protocol(protocol, tmp_path / "run", lambda share, text: shown.append((share, text)))
     assert result.outcome == "abort"
     assert shown[-1][1] == "interrupted"
@@ -132,9 +132,9 @@ def test_the_first_run_says_that_it_compiles_and_how_long(
         said.append(capsys.readouterr().err)
         return mount(*arguments)
 
-    monkeypatch.setattr("app.usecases.cache_is_cold", lambda: cold)
-    monkeypatch.setattr("app.carry_out.mount", mount_and_listen)
-    monkeypatch.setattr("app.carry_out.perform", lambda *_: iter([Outcome(end="target")]))
+    monkeypatch.setattr("app.runs.use_cases.cache_is_cold", lambda: cold)
+    monkeypatch.setattr("app.runs.runner.mount", mount_and_listen)
+    monkeypatch.setattr("app.runs.runner.perform", lambda *_: iter([Outcome(end="target")]))
     run_protocol(protocol, tmp_path / "run", lambda _share, _text: None)
     assert [("compiling" in text, "about a minute" in text) for text in said] == [(cold, cold)]
 
@@ -145,7 +145,7 @@ def test_a_run_that_diverges_is_code_3_with_a_record(
 ) -> None:
     protocol = tmp_path / "p.yaml"
     protocol.write_text(PROTOCOL.replace("increment: 0.002", "increment: 0.02"), encoding="utf-8")
-    monkeypatch.setattr("app.carry_out.perform", partial(perform, options=Options(max_iterations=1)))
+    monkeypatch.setattr("app.runs.runner.perform", partial(perform, options=Options(max_iterations=1)))
     monkeypatch.setattr("knitlab_core.equilibrium.continuation.MOST_ITERATIONS", 0)
     monkeypatch.setattr("knitlab_core.equilibrium.march.MOST_MOVES", 2)
     monkeypatch.setattr(sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from app.rig_data import machines_of
+from app.schemas.machine_data import machines_of
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError

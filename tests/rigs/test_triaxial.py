@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.export import export_logs
-from app.rig_data import machines_of
-from app.run_layout import make_record
-from app.run_reader import RunReader
-from app.runs import RunWriter
+from app.records.export import export_logs
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
 from app.schemas import ProtocolError, loads
+from app.schemas.machine_data import machines_of
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import SpecificationError
 from rigs.axes import COORDINATE

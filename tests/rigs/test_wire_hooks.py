@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import read_machine
+from app.schemas.machine_data import read_machine
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.errors import SpecificationError

@@ -29,7 +29,7 @@ steps:
   - zero: {channels: [force, displacement]}
   - cycle: {axes: [C, W], lower: 0, upper: 5 %, rate: 0.2 mm/s, n: 1}
 """
-_KNITLAB: Final = (sys.executable, "-P", "-c", "from app.cli import main; main()")
+_KNITLAB: Final = (sys.executable, "-P", "-c", "from app.cli.main import main; main()")
 
 
 def environment(**more: str) -> dict[str, str]:

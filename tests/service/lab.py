@@ -16,8 +16,8 @@ import psutil
 
 from app.service.jobs import FINAL, JobSpec
 from app.service.settings import settings
-from app.service.smallest import PROTOCOL
 from app.service.store import Store
+from app.service.warmup_protocol import PROTOCOL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -70,7 +70,7 @@ class Lab:
 
     def start(self, slots: int = 2, lease: float = 3.0, root: Path = ROOT) -> subprocess.Popen[str]:
         """Start a worker; what `root` has of the sources goes before ours."""
-        command = [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(self.folder)]
+        command = [sys.executable, "-c", "from app.cli.main import main; main()", "worker", "--data", str(self.folder)]
         worker = subprocess.Popen(  # noqa: S603 (our own)
             [*command, "--slots", str(slots), "--lease", str(lease)],
             cwd=root,

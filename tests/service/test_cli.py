@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from knitlab_core.errors import ConvergenceError, FormatError, SpecificationError
 from tests.synthetic_run import make_run
 
@@ -82,9 +82,9 @@ def end_with(monkeypatch: pytest.MonkeyPatch) -> Callable[[Ended | BaseException
                 raise end
             return end
 
-        module = ModuleType("app.usecases")
+        module = ModuleType("app.runs.use_cases")
         vars(module)["run_protocol"] = run_protocol
-        monkeypatch.setitem(sys.modules, "app.usecases", module)
+        monkeypatch.setitem(sys.modules, "app.runs.use_cases", module)
         return calls
 
     return put
@@ -121,7 +121,7 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
 def test_help_and_check_load_nothing_heavy(words: list[str], heavy: set[str]) -> None:
     code = (
         f"import sys; sys.argv = {['knitlab', *words]!r}\n"
-        "from app.cli import main\n"
+        "from app.cli.main import main\n"
         "try: main()\n"
         f"finally: print('heavy:', sorted({heavy!r} & set(sys.modules)))"
     )

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.knitlab_client.answers import progress_of
+from app.client.answers import progress_of
 from app.service.api.models import ProgressView
-from app.service.child import _Watch
 from app.service.folder import JobFolder
+from app.service.job_process import _Watch
 from rigs.analysis.material_limits import MaterialLimit
 from tests.synthetic_run import SIZE, rows
 

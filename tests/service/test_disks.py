@@ -14,10 +14,10 @@ import httpx
 import pytest
 import sqlalchemy as sa
 
-from app.cli import main
-from app.export import export_run
-from app.run_reader import RunReader
-from app.service import child
+from app.cli.main import main
+from app.records.export import export_run
+from app.records.reader import RunReader
+from app.service import job_process
 from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.folder import JobFolder
@@ -141,8 +141,9 @@ def test_no_run_is_one_line_with_its_own_letters(
 
 def test_a_killed_run_is_exported_up_to_its_last_row(whole: Path, tmp_path: Path) -> None:
     folder = tmp_path / "Killed"
-    die = "import app.runs, os; keep = app.runs.RunWriter.append; \ndef append(self, row):\n    keep(self, row)\n"
-    die += "    if self.rows == 4: os.kill(os.getpid(), 9)\napp.runs.RunWriter.append = append\n"
+    die = "import os; from app.records.writer import RunWriter; keep = RunWriter.append; \ndef append(self, row):\n"
+    die += "    keep(self, row)\n"
+    die += "    if self.rows == 4: os.kill(os.getpid(), 9)\nRunWriter.append = append\n"
     done = subprocess.run(  # noqa: S603
         [sys.executable, "-P", "-c", die + CHILD, "run", whole.parent / "short.yaml", "--out", folder, "-q"],
         capture_output=True,
@@ -186,17 +187,17 @@ def test_a_store_that_cannot_write_says_when_to_come_again(
 def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = "Can't write data (file write failed: errno = 28, error message = 'No space left on device')"
     faults = [RuntimeError(words), PermissionError(13, "Permission denied"), OSError(116, os.strerror(116))]
-    monkeypatch.setattr(child, "_say_into", lambda _: None)
-    monkeypatch.setattr("app.service.child.signal.signal", lambda *_: None)
+    monkeypatch.setattr(job_process, "_say_into", lambda _: None)
+    monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)
     for fault in faults:
 
         def fail(*_: object, fault: Exception = fault) -> None:
             raise fault
 
-        monkeypatch.setattr(child, "_test", fail)
+        monkeypatch.setattr(job_process, "_test", fail)
         with pytest.raises(SystemExit) as left:
-            child._work_in(JobFolder(tmp_path))
-        assert left.value.code == child.TROUBLE
+            job_process._work_in(JobFolder(tmp_path))
+        assert left.value.code == job_process.TROUBLE
         assert JobFolder(tmp_path).result() is None
 
 

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
-from app.knitlab_client import Client
+from app.client import Client
 from app.service.api import door
 from app.service.api.build import create_app
 from app.service.api.context import Context

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from app.cli import main
+from app.cli.main import main
 from rigs.logs.catalogue import LOGS
 from tests.synthetic_run import make_run
 

@@ -11,11 +11,11 @@ import anyio
 import pytest
 from starlette.requests import Request
 
+from app.cli.watching import _inside
 from app.service.api.transfer import transfer
+from app.service.errors import ServiceError
 from app.service.folder import JobFolder
 from app.service.jobs import Job, JobSpec
-from app.service_errors import ServiceError
-from app.watching import _inside
 from tests.service.serving import problem
 from tests.synthetic_run import make_run
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 import trimesh
 
-from app.cli import main
+from app.cli.main import main
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,9 +11,9 @@ import pytest
 import sqlalchemy as sa
 
 from app.service.api.build import create_app
+from app.service.api.concurrency import Turns
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP, EXAMPLE_YAML
-from app.service.api.turns import Turns
 from app.service.settings import settings
 from app.service.store import Store
 from tests.service.serving import problem, served

@@ -16,10 +16,10 @@ import h5py
 import numpy as np
 import pytest
 
-from app.checkpoint import CHECKPOINT, Keeper
-from app.run_lock import locked
-from app.run_reader import RunReader
-from app.usecases import has_ended, resume_run, run_protocol
+from app.records.checkpoint import CHECKPOINT, Keeper
+from app.records.lock import locked
+from app.records.reader import RunReader
+from app.runs.use_cases import has_ended, resume_run, run_protocol
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.record import Outcome
 
@@ -58,9 +58,9 @@ SHORT: Final = ELASTIC[: ELASTIC.index("  - cycle")]
 
 # The runs here take a second: checkpoints come more often, and no pictures are drawn.
 CHILD: Final = (
-    "import app.checkpoint; app.checkpoint.EVERY, app.checkpoint.SHARE = 0.05, float('inf')\n"
+    "import app.records.checkpoint; app.records.checkpoint.EVERY, app.records.checkpoint.SHARE = 0.05, float('inf')\n"
     "import sys; sys.argv[0] = 'knitlab'\n"
-    "from app.cli import main; main()"
+    "from app.cli.main import main; main()"
 )
 
 
@@ -123,7 +123,7 @@ def assert_alike(folder: Path, whole: Path) -> None:
 @pytest.fixture
 def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], tuple[Path, Path]]:
     """Return a function that runs a protocol without a kill; it returns the protocol's file and the run folder."""
-    monkeypatch.setattr("app.drawing.draw_pictures", lambda *_: "")
+    monkeypatch.setattr("app.views.drawing.draw_pictures", lambda *_: "")
 
     def run(text: str) -> tuple[Path, Path]:
         protocol = tmp_path / "protocol.yaml"
@@ -170,9 +170,9 @@ def small(folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> Path:
         if len(kept) == after:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("app.checkpoint.EVERY", 0.0)
-    monkeypatch.setattr("app.checkpoint.SHARE", float("inf"))
-    monkeypatch.setattr("app.carry_out._publish", lambda *_, **__: None)
+    monkeypatch.setattr("app.records.checkpoint.EVERY", 0.0)
+    monkeypatch.setattr("app.records.checkpoint.SHARE", float("inf"))
+    monkeypatch.setattr("app.runs.runner._publish", lambda *_, **__: None)
     with monkeypatch.context() as patch:
         patch.setattr(Keeper, "keep", interrupted)
         result = run_protocol(protocol, folder / "run", silent)
@@ -199,7 +199,7 @@ def test_what_may_and_what_may_not_go_on(
 
     # Other numbers than it began with.
     with monkeypatch.context() as patch:
-        patch.setattr("app.provenance.platform.python_version", lambda: "2.7")
+        patch.setattr("app.runs.provenance.platform.python_version", lambda: "2.7")
         with pytest.raises(FormatError, match=r"version\.python = 2\.7 as there is now, found 3\.\S+ as it began"):
             resume_run(run, silent)
 
@@ -257,7 +257,7 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
         if len(published) == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("app.carry_out._publish", publish)
+    monkeypatch.setattr("app.runs.runner._publish", publish)
     with pytest.raises(KeyboardInterrupt):
         resume_run(run, silent)
     assert RunReader(run / "run.h5").outcome == Outcome(end="target")
@@ -268,7 +268,7 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
 
 
 def test_a_run_in_an_exact_folder_spares_what_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.carry_out._publish", lambda *_, **__: None)
+    monkeypatch.setattr("app.runs.runner._publish", lambda *_, **__: None)
     protocol, folder = tmp_path / "p.yaml", tmp_path / "job" / "run"
     protocol.write_text(ELASTIC[: ELASTIC.index("  - preload")], encoding="utf-8")
     folder.mkdir(parents=True)

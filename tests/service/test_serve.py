@@ -12,15 +12,15 @@ import httpx
 import pytest
 import sqlalchemy as sa
 
-from app.cli import main
-from app.knitlab_client import Client, UnreachableError
+from app.cli.main import main
+from app.client import Client, UnreachableError
+from app.runs.use_cases import run_loaded
 from app.schemas import loads
+from app.service.errors import ServiceError
 from app.service.jobs import JobSpec
 from app.service.settings import settings
 from app.service.store import Store
 from app.service.tables import jobs as table
-from app.service_errors import ServiceError
-from app.usecases import run_loaded
 from tests.service.knitlab_serve import QUICK, ROOT, environment, knitlab, serving
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def test_every_example_of_the_documentation_runs(service: str, tmp_path: Path) -
     quick = QUICK.replace("quick", "biaxial_small").replace("upper: 5 %", f"upper: {PEAK}") + "params: {peak: 5 %}\n"
     (tmp_path / "examples" / "biaxial_small.yaml").write_text(quick, encoding="utf-8")
     (tmp_path / "examples" / "swept.yaml").write_text(SWEPT, encoding="utf-8")
-    command = f'knitlab() {{ "{sys.executable}" -P -c "from app.cli import main; main()" "$@"; }}\n'
+    command = f'knitlab() {{ "{sys.executable}" -P -c "from app.cli.main import main; main()" "$@"; }}\n'
     for program in (["/bin/bash", "-euo", "pipefail", "-c", command + shell], [sys.executable, "-c", python]):
         ran = subprocess.run(  # noqa: S603 (our own documentation)
             program,

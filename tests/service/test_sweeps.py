@@ -14,10 +14,10 @@ from anyio import CapacityLimiter
 
 from app.service.api.bounds import Bounds
 from app.service.api.build import create_app
+from app.service.api.concurrency import Turns
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP
 from app.service.api.sweeping import swept
-from app.service.api.turns import Turns
 from tests.service.serving import problem, served
 from tests.service.test_rest import YAML
 

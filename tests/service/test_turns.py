@@ -12,9 +12,9 @@ import pytest
 
 from app.service.api import checking
 from app.service.api.build import create_app
+from app.service.api.concurrency import Turns
 from app.service.api.context import Context
 from app.service.api.problems import ProblemError
-from app.service.api.turns import Turns
 from tests.service.serving import problem, served
 
 if TYPE_CHECKING:

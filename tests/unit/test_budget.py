@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.budget import BAND, budget_of, fibre_line, fibre_strain
-from app.check import Plan, dry_run
+from app.checks.budget import BAND, budget_of, fibre_line, fibre_strain
+from app.checks.dry_run import Plan, dry_run
 from app.schemas import loads
 from knitlab_core.knits import NAMED_STITCHES, locking_strain, yarn_per_loop
 from rigs.control.strokes import Stroke

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.rig_data import read_machine
+from app.schemas.machine_data import read_machine
 from rigs.instruments.channels import Channel, Instrument, Zeroing, measure
 from rigs.instruments.signals import Lag, drift, stamps, true_times
 from rigs.machines.machine import instrument_of, instruments_of

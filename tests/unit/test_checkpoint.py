@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 import pytest
 
-from app.checkpoint import Keeper, Origin, Saved, read_checkpoint, require_same, save
-from app.h5_tree import fetch, store
-from app.run_layout import cut, lengths, reaches
-from app.run_lock import LOCK, locked
-from app.run_reader import RunReader
-from app.runs import RunWriter
+from app.records.checkpoint import Keeper, Origin, Saved, read_checkpoint, require_same, save
+from app.records.h5_tree import fetch, store
+from app.records.layout import cut, lengths, reaches
+from app.records.lock import LOCK, locked
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
 from knitlab_core.contact.bonds import BondState
 from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
@@ -162,8 +162,8 @@ def test_checkpoints_come_at_once_and_then_now_and_then(tmp_path: Path, monkeypa
         clock[0] += 0.1
         written.append((clock[0], one.seconds, one.lengths["equilibria/time"]))
 
-    monkeypatch.setattr("app.checkpoint.perf_counter", lambda: clock[0])
-    monkeypatch.setattr("app.checkpoint.save", save_slowly)
+    monkeypatch.setattr("app.records.checkpoint.perf_counter", lambda: clock[0])
+    monkeypatch.setattr("app.records.checkpoint.save", save_slowly)
     with writer(tmp_path / "run.h5") as run:
         keeper = Keeper(path=tmp_path / "checkpoint.h5", origin=ORIGIN, began=90.0)
         for _ in range(30):
@@ -178,7 +178,7 @@ def test_checkpoints_come_at_once_and_then_now_and_then(tmp_path: Path, monkeypa
 HOLD = """
 import sys
 from pathlib import Path
-from app.run_lock import locked
+from app.records.lock import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.readline()

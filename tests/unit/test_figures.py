@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.figures import energy_balance_error, run_figures, zeroed
-from app.provenance import provenance
-from app.rig_data import machines_of
+from app.records.results import energy_balance_error, run_figures, zeroed
+from app.runs.provenance import provenance
+from app.schemas.machine_data import machines_of
 from rigs.instruments.channels import Zeroing
 from rigs.protocol.protocol import Cycle, Protocol, SpecimenSpec
 from rigs.record import Equilibrium, Phase, SpecimenSize, trace_of

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import pytest
 
-from app.interrupts import interrupts_held
+from app.runs.interrupts import interrupts_held
 
 
 @pytest.fixture(autouse=True)

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from app.check import describe, dry_run
-from app.labels import beyond_elastic, yarn_label
-from app.provenance import provenance
-from app.rig_data import machines_of
+from app.checks.dry_run import describe, dry_run
+from app.runs.provenance import provenance
 from app.schemas import load, loads, to_yaml
+from app.schemas.machine_data import machines_of
+from app.views.labels import beyond_elastic, yarn_label
 from knitlab_core.knits import same_area
 from rigs.protocol.specimen import SpecimenSpec, make_specimen
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.check import dry_run
-from app.export import export_log
-from app.run_reader import MOST_SHOWN, RunReader
+from app.checks.dry_run import dry_run
+from app.records.export import export_log
+from app.records.reader import MOST_SHOWN, RunReader
 from app.schemas import load, loads
 from knitlab_core.errors import SpecificationError
 from rigs.control.log_rate import stretches_of

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import pytest
 
-from app.run_reader import RunReader
-from app.runs import RunWriter
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
 from rigs.analysis.material_limits import MaterialLimit, crossings, limits_of
 from rigs.protocol.specimen import SpecimenSpec

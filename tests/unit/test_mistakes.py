@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.check import dry_run
-from app.cli import main
-from app.run_reader import RunReader
+from app.checks.dry_run import dry_run
+from app.cli.main import main
+from app.records.reader import RunReader
+from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, from_yaml, load, loads, to_yaml
 from app.schemas.errors import nearest
-from app.usecases import run_protocol
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -240,7 +240,7 @@ def test_what_is_taken_by_default_is_shown_and_recorded(
         main()
     assert f"taken by default: {wanted}\n" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("app.pictures.vtk_images", lambda *_, **__: "quick")
+    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
     result = run_protocol(path, None, lambda _share, _text: None)
     record = RunReader(result.folder / "run.h5")
     assert record.provenance["defaults"] == wanted

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from app import painters, pictures
-from app.compare import compare_runs, compared
-from app.curves import curves_of, force_unit, prefixed, stress_unit
-from app.painters import fit_window, vtk_environment
-from app.pictures import beyond, colour_limits, knit_frames, marked_frames, specimen_picture
-from app.report import legend_of, stress_strain_plot
-from app.run_reader import RunReader
-from app.tubes import smooth_curve, tube
-from app.views import FROM_A_CORNER, FROM_ABOVE
+from app.records.reader import RunReader
+from app.views import painters, renders
+from app.views.cameras import FROM_A_CORNER, FROM_ABOVE
+from app.views.compare import compare_runs, compared
+from app.views.curves import curves_of, force_unit, prefixed, stress_unit
+from app.views.painters import fit_window, vtk_environment
+from app.views.plots import legend_of, stress_strain_plot
+from app.views.renders import beyond, colour_limits, knit_frames, marked_frames, specimen_picture
+from app.views.tubes import smooth_curve, tube
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from rigs.analysis.material_limits import MaterialLimit
@@ -297,7 +297,7 @@ def test_pictures_with_vtk(run: RunReader, tmp_path: Path) -> None:
 
 def test_what_lies_beside_and_below_something_is_shaded() -> None:
     pytest.importorskip("pyvista")
-    from app.vtk_painter import FINENESS, shade, shrink  # noqa: PLC0415 (it loads VTK)
+    from app.views.vtk_painter import FINENESS, shade, shrink  # noqa: PLC0415 (it loads VTK)
 
     # A bar 2 mm above a plate, nothing on the right, where the plate gets an outline; 10 pixels a mm.
     depth = np.zeros((40, 60), dtype=np.float32)
@@ -320,7 +320,7 @@ def test_a_painter_that_crashes_is_replaced(run: RunReader, tmp_path: Path, monk
 
 
 def test_a_run_without_frames_has_no_picture(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pictures, "marked_frames", lambda _: ())
+    monkeypatch.setattr(renders, "marked_frames", lambda _: ())
     with pytest.raises(SpecificationError, match="at least one frame"):
         knit_frames(run, tmp_path / "knit.png")
 
@@ -368,6 +368,6 @@ def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
 
 def test_polylines_are_listed_as_vtk_wants_them() -> None:
     pytest.importorskip("pyvista")
-    from app.vtk_painter import cells  # noqa: PLC0415 (it loads VTK)
+    from app.views.vtk_painter import cells  # noqa: PLC0415 (it loads VTK)
 
     assert cells(np.array([3, 2])).tolist() == [3, 0, 1, 2, 2, 3, 4]

@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 import pytest
 
-from app.export import export_log
-from app.rig_data import read_machine
-from app.run_folder import make_run_folder, whole_file, write_whole
-from app.run_layout import make_record
-from app.run_reader import RunReader
-from app.runs import RunWriter
+from app.records.export import export_log
+from app.records.folder import make_run_folder, whole_file, write_whole
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
+from app.schemas.machine_data import read_machine
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.instruments.channels import Instrument, measure
 from rigs.machines.machine import instrument_of

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 import tifffile
 
-from app.carry_out import images_of
-from app.run_layout import make_record
-from app.run_reader import RunReader
-from app.runs import RunWriter
-from app.sem.bar import scale_of, with_bar
-from app.sem.blocks import Block, fixtures
-from app.sem.command import images
-from app.sem.detector import emission, image
-from app.sem.images import Look, taken, usual_look, write_images
-from app.sem.microscope import read_microscope
-from app.sem.tag import TAG
-from app.sem.units import metric
-from app.sem.view import View, fit, turned
-from app.tubes import tube
+from app.cli.sem import images
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
+from app.runs.runner import images_of
+from app.views.sem.bar import scale_of, with_bar
+from app.views.sem.blocks import Block, fixtures
+from app.views.sem.detector import emission, image
+from app.views.sem.images import Look, taken, usual_look, write_images
+from app.views.sem.microscope import read_microscope
+from app.views.sem.tag import TAG
+from app.views.sem.units import metric
+from app.views.sem.view import View, fit, turned
+from app.views.tubes import tube
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.record import Frame, SpecimenSize
 from tests.synthetic_run import make_run, stage_instrument

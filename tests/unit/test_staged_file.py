@@ -14,9 +14,9 @@ import h5py
 import numpy as np
 import pytest
 
-from app.run_reader import RunReader
-from app.seal import require_intact, seal, sealed_size
-from app.staged_file import StagedFile
+from app.records.reader import RunReader
+from app.records.seal import require_intact, seal, sealed_size
+from app.records.staged_file import StagedFile
 from knitlab_core.errors import FormatError
 from tests.synthetic_run import row
 from tests.unit.test_runs import writer
@@ -79,7 +79,7 @@ FILL = textwrap.dedent(
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of file sizes are Unix")
 def test_a_record_that_finds_no_room_keeps_every_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # In the record itself, before the first row, among its chunks, and where the second chunks begin.
-    monkeypatch.setattr("app.run_layout.CHUNK", 64)
+    monkeypatch.setattr("app.records.layout.CHUNK", 64)
     with writer(tmp_path / "one.h5") as run:
         empty = (tmp_path / "one.h5").stat().st_size
         run.append(row(0.0, 0.1, 1, "Stretch"))

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from app.sweep_plots import matching, parameters_of, plot_figure, tables_of
+from app.views.sweep_plots import matching, parameters_of, plot_figure, tables_of
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.figures import Figure
+    from app.records.results import Figure
     from app.schemas.sweep import Scalar
-    from app.sweep_plots import Points
+    from app.views.sweep_plots import Points
 
 
 def figures(stiffness: float) -> tuple[Figure, ...]:

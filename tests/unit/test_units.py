@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.units import COMMON, Dimension, parse, registry, write
+from app.schemas.units import COMMON, Dimension, parse, registry, write
 from knitlab_core.errors import UnitError
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from app.provenance import _facts
+from app.runs.provenance import _facts
 from app.schemas import ProtocolError
 from app.schemas.material_files import known_materials, load_materials, materials_file
 from app.schemas.materials import json_schema

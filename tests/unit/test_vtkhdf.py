@@ -6,10 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
-from app.run_layout import make_record
-from app.run_reader import RunReader
-from app.runs import RunWriter
-from app.vtkhdf import growing
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.vtkhdf import growing
+from app.records.writer import RunWriter
 from rigs.axes import FloatArray
 from rigs.record import Frame, Phase
 from tests.synthetic_run import BOTH, SIZE, make_run, row, stage_instrument

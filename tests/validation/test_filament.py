@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import machines_of
 from app.schemas import ProtocolError, from_yaml, to_yaml
+from app.schemas.machine_data import machines_of
 from rigs.analysis.cycles import stress_strain
 from rigs.control.experiment import perform
 from rigs.instruments.channels import Zeroing, measure

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from app.rig_data import machines_of
+from app.schemas.machine_data import machines_of
 from knitlab_core.equilibrium.newton import Options
 from rigs.analysis.cycles import branch, loop_area
 from rigs.control.experiment import perform

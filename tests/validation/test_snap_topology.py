@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from app.check import build_specimen
-from app.rig_data import machines_of
+from app.checks.dry_run import build_specimen
 from app.schemas import loads
+from app.schemas.machine_data import machines_of
 from knitlab_core.equilibrium.workspace import Workspace
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount

@@ -12,7 +12,7 @@ from fastapi.responses import HTMLResponse
 from app.service.api.documents import protocol_schemas
 from app.service.api.faults import add_fault_handlers
 from app.service.api.guard import admit
-from app.service.api.heads import AnswerHead
+from app.service.api.head_requests import AnswerHead
 from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.pages import Console, documentation

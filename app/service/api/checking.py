@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from app.schemas import Loaded
     from app.service.api.bodies import Submission
+    from app.service.api.concurrency import Turns
     from app.service.api.context import Context
-    from app.service.api.turns import Turns
     from rigs.protocol.protocol import Protocol
 
 Found = TypeVar("Found")

@@ -8,7 +8,7 @@ from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from app.service.api.bounds import Bounds
-from app.service.api.turns import Turns
+from app.service.api.concurrency import Turns
 from app.service.jobs import JobStore
 
 

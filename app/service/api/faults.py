@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Final
 
+from app.records.storage import FULL, fault_of
 from app.service.api.problems import ProblemError, on_problem
-from app.service.claims import AWAY, first_line
-from app.storage import FULL, fault_of
+from app.service.leases import AWAY, first_line
 
 if TYPE_CHECKING:
     from fastapi import FastAPI, Request

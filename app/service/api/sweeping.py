@@ -8,7 +8,7 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any
 
-from app.check import count_rows
+from app.checks.dry_run import count_rows
 from app.schemas import ProtocolError, loads_document
 from app.schemas.document import parse_text
 from app.schemas.errors import shown

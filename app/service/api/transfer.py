@@ -12,9 +12,9 @@ from urllib.parse import quote
 
 from fastapi.responses import Response, StreamingResponse
 
-from app.service.api.heads import asks_head
+from app.service.api.etags import has_tag
+from app.service.api.head_requests import asks_head
 from app.service.api.problems import ProblemError
-from app.service.api.tags import has_tag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import pytest
 import sqlalchemy as sa
 
-from app.service.claims import claim
 from app.service.deliveries import delivery_id
 from app.service.folder import Result
+from app.service.heartbeat import Pulse, adopt, bury
 from app.service.jobs import JobSpec
-from app.service.pulse import Pulse, adopt, bury
+from app.service.leases import claim
 from app.service.tables import hold, jobs, workers
 from app.service.worker import Worker
 
 if TYPE_CHECKING:
-    from app.service.claims import Claim
     from app.service.jobs import Job
+    from app.service.leases import Claim
     from app.service.store import Store
 
 SPEC = JobSpec(name="a", protocol="text: of a protocol\n")

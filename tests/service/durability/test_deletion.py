@@ -11,11 +11,11 @@ import pytest
 import sqlalchemy as sa
 
 from app.service import housekeeping
-from app.service.claims import claim
 from app.service.deliveries import forget_ended
 from app.service.folder import Result
 from app.service.housekeeping import Housekeeping, clear, purge
 from app.service.jobs import FINAL, NotEndedError, UnknownJobError
+from app.service.leases import claim
 from app.service.settings import settings
 from app.service.store import Store
 from app.service.tables import deleted, jobs, keys

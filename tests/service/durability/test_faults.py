@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.run_reader import RunReader
-from app.service import child
+from app.records.reader import RunReader
+from app.service import job_process
 from app.service.folder import JobFolder, Result
 from app.service.row_file import restore
 from tests.service.lab import TINY, Lab, begun, cycles, manned, until
@@ -90,15 +90,15 @@ def tested(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a job killed when its test was over and its result not yet kept."""
     files = JobFolder(tmp_path_factory.mktemp("job"))
     files.write_spec(TINY)
-    child._test(files, child._Watch(files))
+    job_process._test(files, job_process._Watch(files))
     return files.path
 
 
 def test_a_test_that_is_over_is_left_alone(tested: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files = JobFolder(shutil.copytree(tested, tmp_path / "job"))
     before = (files.run / "run.h5").read_bytes()
-    watch = child._Watch(files)
-    assert child._test(files, watch).outcome == "target"
+    watch = job_process._Watch(files)
+    assert job_process._test(files, watch).outcome == "target"
     assert (files.run / "run.h5").read_bytes() == before
     said = capsys.readouterr().err
     assert "its test has ended" in said
@@ -131,7 +131,7 @@ def test_files_of_a_newer_build_are_read(tmp_path: Path) -> None:
 
 
 def test_orders_of_a_leaving_service_do_not_wait_for_its_database(lab: Lab) -> None:
-    from app.service.claims import AWAY, claim  # noqa: PLC0415
+    from app.service.leases import AWAY, claim  # noqa: PLC0415
 
     leaving = threading.Event()
     leaving.set()

@@ -164,7 +164,7 @@ def test_a_wrong_protocol_is_a_failed_job_with_one_line(lab: Lab) -> None:
 
 
 def test_a_second_server_on_the_store_says_so_in_one_line(lab: Lab) -> None:
-    command = [sys.executable, "-c", "from app.cli import main; main()", "worker", "--data", str(lab.folder)]
+    command = [sys.executable, "-c", "from app.cli.main import main; main()", "worker", "--data", str(lab.folder)]
     second = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: S603 (our own)
     assert second.returncode == 2
     assert second.stderr.count("\n") == 1
@@ -178,7 +178,7 @@ def test_the_fork_server_has_one_thread(lab: Lab) -> None:
     assert [server.num_threads() for server in servers] == [1]
 
 
-@pytest.mark.parametrize("module", ["app.service.child", "app.cli"])
+@pytest.mark.parametrize("module", ["app.service.job_process", "app.cli.main"])
 def test_what_every_process_imports_is_light(module: str) -> None:
     """The child's target and the entry point are imported anew in every process."""
     heavy = {"numba", "h5py", "dbos", "pydantic", "sqlalchemy", "matplotlib", "fastapi"}

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Header, Request
 from fastapi.responses import Response, StreamingResponse
 
 from app.service.api.context import Here
-from app.service.api.heads import asks_head
+from app.service.api.head_requests import asks_head
 from app.service.api.metrics import metrics_of
 from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError

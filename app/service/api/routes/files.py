@@ -11,9 +11,9 @@ from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 
-from app.export import export_log
-from app.run_lock import LOCK
-from app.run_reader import RunReader
+from app.records.export import export_log
+from app.records.lock import LOCK
+from app.records.reader import RunReader
 from app.schemas import loads
 from app.service.api.context import Here
 from app.service.api.models import FileList, FileView, JobId, problems

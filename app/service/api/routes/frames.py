@@ -11,10 +11,10 @@ import numpy as np
 from fastapi import APIRouter, Path
 from fastapi.responses import Response
 
+from app.records.vtkhdf import GROUP, count_frames, read_frame
 from app.service.api.context import Here
 from app.service.api.models import Answer, JobId, problems
 from app.service.api.problems import ProblemError
-from app.vtkhdf import GROUP, count_frames, read_frame
 from rigs.axes import AXES
 from rigs.record import PHASES
 

@@ -8,16 +8,16 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
-from app.check import count_rows
+from app.checks.dry_run import count_rows
 from app.schemas import Loaded
 from app.service.api.bounds import Bounds, check_rows
 from app.service.api.checking import look
 from app.service.api.context import Here
 from app.service.api.documents import PROTOCOL_BODY
+from app.service.api.etags import has_tag
 from app.service.api.models import JobId, JobPage, JobView, problems
-from app.service.api.routes.asked import Asked, Key
 from app.service.api.routes.laboratory import Sent
-from app.service.api.tags import has_tag
+from app.service.api.routes.query_params import Asked, Key
 from app.service.jobs import Job, JobSpec, State
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])

@@ -8,11 +8,9 @@ from typing import Annotated, Any, get_args
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
-from app.check import build_specimen, describe, dry_run
-from app.pictures import specimen_picture
-from app.plan_tables import plan_data
-from app.rig_data import read_machine
+from app.checks.dry_run import build_specimen, describe, dry_run
 from app.schemas import Loaded
+from app.schemas.machine_data import read_machine
 from app.schemas.material_files import known_materials
 from app.service.api.bodies import Submission, read_raw, submission
 from app.service.api.bounds import Bounds, check_rows
@@ -20,7 +18,9 @@ from app.service.api.checking import look
 from app.service.api.context import Here, context_of
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.models import MaterialList, PlanView, RigList, SpecimenView, problems
-from app.tables import materials_data, specimen_data
+from app.views.plan_tables import plan_data
+from app.views.renders import specimen_picture
+from app.views.tables import materials_data, specimen_data
 from rigs.logs.catalogue import LOGS
 from rigs.protocol.catalogue import CATALOGUE, MachineName
 

@@ -11,7 +11,7 @@ from app.service.api.context import Here, context_of
 from app.service.api.documents import SWEEP_BODY
 from app.service.api.models import JobView, SweepView, problems
 from app.service.api.problems import ProblemError
-from app.service.api.routes.asked import Asked, Key
+from app.service.api.routes.query_params import Asked, Key
 from app.service.api.sweeping import swept
 from app.service.jobs import JobSpec
 

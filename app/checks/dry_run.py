@@ -1,0 +1,282 @@
+"""Say what a protocol would do, without physics: strokes, time, rows, limits passed, yarn to spare."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, packed
+from app.checks.log_size import row_size
+from app.schemas.machine_data import machines_of
+from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
+from rigs.control.log_rate import require_rates
+from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
+from rigs.machines.wires import require_room
+from rigs.protocol.catalogue import arranged, plated
+from rigs.protocol.specimen import SpecimenSpec, gauge_lengths, make_specimen
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from app.checks.budget import Budget
+    from app.schemas import Loaded
+    from rigs.axes import Axis
+    from rigs.control.plan import Planned
+    from rigs.control.strokes import Stroke
+    from rigs.machines.machine import MachineData
+    from rigs.protocol.catalogue import MachineName
+    from rigs.protocol.protocol import Protocol
+
+_ANY = "RGD8530-DM"  # a material, where none matters
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpecimenFacts:
+    """Hold what is known of a specimen before any physics.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes of the yarn [1].
+    yarn_length, clearance, fibre_radius : float
+        Whole length, least surface distance of strands, radius of the fibre [m].
+    gauge_lengths : Mapping
+        Initial hook-to-hook distance of each axis [m].
+    locking_strain : float or None
+        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None for a volumetric knit.
+    """
+
+    nodes: int
+    yarn_length: float
+    clearance: float
+    fibre_radius: float
+    gauge_lengths: Mapping[Axis, float]
+    locking_strain: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Hold what a protocol would do.
+
+    Parameters
+    ----------
+    protocol, specimen : Protocol, SpecimenFacts
+        What is tested, and how.
+    steps : sequence of Planned
+        Every step with its strokes; a preload is taken to meet its force at once.
+    duration, size : float
+        Planned duration [s], and about how large the files of the log will be [bytes].
+    rows, images : int
+        Rows of the log, of which there may be more near events, and pictures that are asked for [1].
+    budget : Budget or None
+        How far the strokes go, and how far the yarn reaches; None for a filament, and where nothing moves.
+    fibre_strain : float or None
+        Largest strain at the surface of a fibre, a rough estimate [1]; None where there is none.
+    warnings : sequence of str
+        Limits that would be passed, one line each.
+    defaults : Mapping
+        What holds though the protocol does not say it, by its place in it.
+    """
+
+    protocol: Protocol
+    specimen: SpecimenFacts
+    steps: Sequence[Planned]
+    duration: float
+    rows: int
+    size: float
+    images: int
+    budget: Budget | None
+    fibre_strain: float | None
+    warnings: Sequence[str]
+    defaults: Mapping[str, str]
+
+    @property
+    def strokes(self) -> list[Stroke]:
+        """Return every move of the axes."""
+        return [stroke for step in self.steps for stroke in step.strokes]
+
+
+def build_specimen(loaded: Loaded) -> Specimen:
+    """Build the knit of a protocol.
+
+    Raises
+    ------
+    ProtocolError
+        If it cannot exist (strands overlap), or has no room for its wires, with the place of the knit in the file.
+    """
+    try:
+        specimen = make_specimen(loaded.protocol.specimen)
+        if loaded.protocol.hook == "wire":
+            require_room(specimen, loaded.protocol.axes)
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+    return specimen
+
+
+def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
+    """Return the numbers of the machines of a protocol's rig.
+
+    Raises
+    ------
+    ProtocolError
+        If none of them has the load cell that it asks for, or one samples slower than it is to log, with the place.
+    """
+    try:
+        machines = machines_of(loaded.protocol)
+        require_rates(loaded.protocol, machines)
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+    return machines
+
+
+def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
+    """Return what is known of a specimen before any physics; faces of some axes may be printed into plates."""
+    stitch, budget = specimen.stitch, None
+    if isinstance(stitch, Stitch):
+        budget = locking_strain(packed(stitch, specimen.yarn), yarn_per_loop(stitch))
+    return SpecimenFacts(
+        nodes=len(specimen.nodes),
+        yarn_length=specimen.yarn_length,
+        clearance=specimen.clearance,
+        fibre_radius=specimen.radius,
+        gauge_lengths=gauge_lengths(specimen, plated),
+        locking_strain=budget,
+    )
+
+
+def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
+    """Return the specimen of the same shape that stands for all that differ only in what they are made of."""
+    plain = SpecimenSpec(
+        knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
+    )
+    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.yarn)
+
+
+@lru_cache(maxsize=256)
+def _facts(shape: SpecimenSpec, plated: tuple[Axis, ...]) -> SpecimenFacts:
+    """Return what is known of a shape; built once, for a sweep asks for it a thousand times."""
+    return describe(make_specimen(shape), plated)
+
+
+def count_rows(loaded: Loaded) -> int:
+    """Return how many rows the log of a protocol will have: what a sweep needs to know of each of its jobs.
+
+    Raises
+    ------
+    ProtocolError
+        As `dry_run`.
+    """
+    protocol = loaded.one_test().protocol
+    try:
+        facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
+        rows = planned_rows(protocol, {axis: facts.gauge_lengths[axis] for axis in protocol.axes})
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+    fitted_machines(loaded)
+    return rows
+
+
+def dry_run(loaded: Loaded) -> Plan:
+    """Go through a protocol without physics.
+
+    Raises
+    ------
+    ProtocolError
+        If the specimen cannot exist or the log would be too long.
+    """
+    protocol = loaded.one_test().protocol
+    try:
+        facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
+        lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
+        steps = planned_steps(protocol, lengths)
+        planned = [stroke for step in steps for stroke in step.strokes]
+        rows = planned_rows(protocol, lengths)
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+    machines, spec = fitted_machines(loaded), protocol.specimen
+    budget = budget_of(spec, planned, lengths)
+    strain = fibre_strain(spec, budget, planned)
+    return Plan(
+        protocol=protocol,
+        specimen=facts,
+        steps=steps,
+        duration=planned_duration(protocol, lengths),
+        rows=rows,
+        size=rows * row_size([drive.machine for drive in arranged(protocol.rig, protocol.mount).values()]),
+        images=planned_images(protocol, lengths),
+        budget=budget,
+        fibre_strain=strain,
+        warnings=[
+            *budget_warnings(budget),
+            *limit_warnings(spec, strain),
+            *_fusing_warning(spec, facts.clearance),
+            *_limit_warnings(protocol, machines, planned),
+        ],
+        defaults=loaded.defaults,
+    )
+
+
+def _fusing_warning(spec: SpecimenSpec, clearance: float) -> list[str]:
+    """Return a warning if no two strands were printed so near that they would fuse."""
+    bundle = spec.yarn is not None and spec.yarn.model == "bundle"
+    if spec.fused is None or bundle or spec.fused.fuse_gap > clearance:
+        return []
+    return [
+        f"fused points: none below {1e3 * spec.fused.fuse_gap:.4g} mm, the narrowest gap is {1e3 * clearance:.4g} mm"
+    ]
+
+
+def _limit_warnings(
+    protocol: Protocol, machines: Mapping[MachineName, MachineData], planned: Sequence[Stroke]
+) -> list[str]:
+    """Return a warning for each limit of the rig's machines that would be passed."""
+    drives = arranged(protocol.rig, protocol.mount)
+    warnings = []
+    for machine, data in machines.items():
+        axes = [axis for axis, drive in drives.items() if drive.machine == machine]
+        warnings += _machine_warnings(data, axes, planned)
+    return warnings
+
+
+def _machine_warnings(data: MachineData, axes: Sequence[Axis], planned: Sequence[Stroke]) -> list[str]:
+    """Return a warning for each limit of one machine's carriages that would be passed."""
+    warnings = []
+    travel = data.carriage.travel.value
+    for axis in axes:
+        # Rounding must not turn a move to the limit into one past it.
+        farthest = max((abs(stroke.end[axis]) for stroke in planned if not stroke.searches), default=0.0)
+        if farthest > travel * (1.0 + 1e-9):
+            warnings.append(f"travel: axis {axis} would go {1e3 * farthest:.4g} mm, limit {1e3 * travel:.4g} mm")
+    bears = data.load_cell.limit.value
+    if data.carriage.capacity is not None:
+        bears = min(bears, data.carriage.capacity.value)
+    loads = [
+        abs(force)
+        for stroke in planned
+        for axis in axes
+        for force in (*stroke.force.get(axis, ()), *_stop(stroke, axis))
+    ]
+    if max(loads, default=0.0) > bears:
+        warnings.append(f"force: {max(loads):.4g} N asked for, limit {bears:.4g} N")
+    speeds = [speed for stroke in planned if (speed := _speed(stroke, axes)) > 0.0]
+    fastest, slowest = max(speeds, default=0.0), min(speeds, default=float("inf"))
+    top, least = data.carriage.max_speed.value, data.carriage.min_speed
+    if fastest > top * (1.0 + 1e-9):
+        warnings.append(f"speed: a pair would move at {1e3 * fastest:.4g} mm/s, limit {1e3 * top:.4g} mm/s")
+    if least is not None and slowest < least.value * (1.0 - 1e-9):
+        warnings.append(f"speed: a pair would move at {1e3 * slowest:.4g} mm/s, at least {1e3 * least.value:.4g} mm/s")
+    return warnings
+
+
+def _stop(stroke: Stroke, axis: Axis) -> tuple[float, ...]:
+    """Return the force at which a preload stops an axis [N]."""
+    return () if stroke.stop_force is None or axis not in stroke.named else (stroke.stop_force,)
+
+
+def _speed(stroke: Stroke, axes: Sequence[Axis]) -> float:
+    """Return the speed of the fastest of some axes [m/s]."""
+    if stroke.duration == 0.0:
+        return 0.0
+    return max(abs(stroke.end[axis] - stroke.start[axis]) for axis in axes) / stroke.duration

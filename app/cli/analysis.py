@@ -1,0 +1,89 @@
+"""Hold the commands that take several runs, or one that is over; `app.cli.main` gives them their names."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli.exit_codes import INTERRUPTED
+from app.cli.terminal import AsJson, ProtocolPath, complain
+from rigs.axes import Axis  # noqa: TC001 (typer reads the annotations)
+
+
+def sweep(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the sweep.", show_default="runs/ and its name", file_okay=False)
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 1,
+    plot: Annotated[
+        list[str] | None,
+        typer.Option("--plot", metavar="FIGURE", help="Words of a figure to plot: secant_peak_C; may be repeated."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run every point of a protocol with `sweep:`, each into a folder named by its values, such as pre=0.1.
+
+    Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up; --plot draws
+    figures of the table over the parameter, or maps over two.
+    """
+    from app.cli.tables import Bar, print_sweep, sweep_data  # noqa: PLC0415
+    from app.file_names import file_stem  # noqa: PLC0415
+    from app.runs.sweeps import run_sweep  # noqa: PLC0415
+    from app.runs.use_cases import RUNS  # noqa: PLC0415
+    from app.views.tables import print_json  # noqa: PLC0415
+
+    with Bar(hidden=quiet) as bar:
+        folder = RUNS / file_stem(protocol.stem) if out is None else out
+        result = run_sweep(protocol, folder, bar.show, jobs=jobs, figures=plot or ())
+    if as_json:
+        print_json(sweep_data(result))
+    else:
+        print_sweep(result)
+    for one in result.points:
+        if one.outcome != "target":
+            complain(f"{protocol}: {one.point.label}: {one.outcome}: {one.message}")
+    if any(one.outcome == "abort" for one in result.points):
+        raise typer.Exit(INTERRUPTED)
+
+
+def analyse(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, or run.h5 file.")], *, as_json: AsJson = False
+) -> None:
+    """Print how the steps of a run ended, and its figures: stresses, secant moduli and loop areas of every cycle."""
+    from dataclasses import asdict  # noqa: PLC0415
+
+    from app.records.reader import read_run  # noqa: PLC0415
+    from app.records.results import figures_of  # noqa: PLC0415
+    from app.views.tables import figures_data, print_crossings, print_figures, print_json, print_steps  # noqa: PLC0415
+
+    found = read_run(run)
+    figures = figures_of(found)
+    if as_json:
+        steps = [asdict(step) for step in found.steps]
+        data = {"outcome": found.outcome.end, "crossings": [one.data() for one in found.crossings], "steps": steps}
+        print_json({**data, "figures": figures_data(figures)})
+    else:
+        print_crossings(found.crossings)
+        print_steps(found.steps)
+        print_figures(figures)
+
+
+def plot(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("stress_strain.png"),
+    by_modulus: Annotated[
+        bool, typer.Option("--by-modulus", help="Divide the stress by Young's modulus of the yarn.")
+    ] = False,
+    axis: Annotated[Axis | None, typer.Option(help="Draw one axis alone.")] = None,
+) -> None:
+    """Plot stress over strain of every axis that the runs pulled, coloured by axis, dashed by run."""
+    from app.views.compare import compare_runs  # noqa: PLC0415
+
+    sys.stdout.write(f"plot: {compare_runs(runs, out, by_modulus=by_modulus, axis=axis)}\n")

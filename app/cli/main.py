@@ -1,0 +1,298 @@
+"""Open the command-line door: results to stdout, progress and complaints to stderr.
+
+Heavy modules are imported inside the commands, so that `knitlab --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from app.cli.analysis import analyse, plot, sweep
+from app.cli.exit_codes import NOT_PRINTABLE, UNWRITABLE, USAGE, error_exit_code
+from app.cli.export import EXPORT_HELP, export
+from app.cli.remote import remote
+from app.cli.run import resume, run
+from app.cli.sem import EXAMPLE, SHORT, images
+from app.cli.serve import service
+from app.cli.terminal import AsJson, Chosen, ProtocolPath, complain, complain_of, values_of, warn
+from app.records.storage import is_unwritable
+from app.runs.stopped import RunStoppedError
+from knitlab_core.errors import KnitlabError
+
+knitlab = typer.Typer(
+    name="knitlab",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    help="""A virtual laboratory for the mechanics of knits.
+
+    A protocol (YAML) says which knit is tested on which rig, and how. A first session:
+
+    \b
+      knitlab check examples/biaxial_cycle.yaml     what would happen, without physics
+      knitlab preview examples/biaxial_cycle.yaml   the knit: picture, clearance, yarn length
+      knitlab run examples/biaxial_cycle.yaml       the test itself, into a run folder
+      knitlab resume runs/biaxial_cycle             go on with a run that was killed
+      knitlab export runs/biaxial_cycle             its log again, in any dialect, locale, unit
+      knitlab print examples/biaxial_cycle.yaml     the knit for a 3D printer: checks, STL, 3MF
+      knitlab submit examples/biaxial_cycle.yaml    the test as a job of a service: knitlab serve
+
+    Results go to stdout, progress to stderr.
+
+    Exit codes: 0 done, 2 invalid input, 3 the solver failed, 4 a limit tripped before any data,
+    5 service unreachable, 6 not printable, 7 a file cannot be written (disk full), 130 interrupted.""",
+)
+knitlab.add_typer(service)
+knitlab.add_typer(remote)
+
+
+def main() -> None:
+    """Run the command line; every foreseen error is one line on stderr and an exit code."""
+    try:
+        try:
+            knitlab(standalone_mode=True)
+        finally:
+            _flush()
+    except KnitlabError as error:
+        complain_of(error)
+        sys.exit(error_exit_code(error))
+    except RunStoppedError as error:
+        complain(f"{error.filename}: {error.strerror}")
+        sys.exit(UNWRITABLE)
+    except OSError as error:
+        # Files are named by who writes them; what is not is what the program prints.
+        name = error.filename or ("output" if is_unwritable(error) else "")
+        complain(f"{name}{': ' if name else ''}{error.strerror.lower() if error.strerror else error}")
+        sys.exit(UNWRITABLE if is_unwritable(error) else USAGE)
+
+
+def _flush() -> None:
+    """Bring what was printed to where it goes: else a full disk shows when the program has ended, as a traceback."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # What is left is dropped, or it would be tried once more.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.close(nowhere)
+        raise
+
+
+def _version(asked: bool) -> None:  # noqa: FBT001 (typer calls it with the option's value)
+    """Print the version and leave."""
+    if asked:
+        from app.version import version_of  # noqa: PLC0415 (lazy, as all below)
+
+        sys.stdout.write(f"knitlab {version_of('knitlab')}\n")
+        raise typer.Exit
+
+
+@knitlab.callback()
+def _root(
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
+@knitlab.command(
+    short_help="Say what a protocol would do, without physics.",
+    epilog="\b\nExample:\n  knitlab check examples/biaxial_cycle.yaml",
+)
+def check(protocol: ProtocolPath, *, chosen: Chosen = None, as_json: AsJson = False) -> None:
+    """Say what a protocol would do: strokes, duration, rows, limits, arc-length budget. No physics.
+
+    Of a sweep all points. Values that are taken by default are named. Every mistake in the protocol is a line on
+    stderr, at most twenty; warnings (a limit passed, yarn used up) go there too and leave the exit code at 0.
+    """
+    from app.checks.dry_run import dry_run  # noqa: PLC0415
+    from app.schemas import load, load_sweep  # noqa: PLC0415
+    from app.views.plan_tables import plan_data, print_plan, print_points  # noqa: PLC0415
+    from app.views.tables import print_json  # noqa: PLC0415
+
+    loaded = load(protocol, values_of(chosen))
+    if loaded.points:
+        plans = {point.label: dry_run(one) for point, one in load_sweep(protocol, values_of(chosen))}
+        if as_json:
+            print_json({"points": {label: plan_data(plan) for label, plan in plans.items()}})
+        else:
+            print_points(plans)
+    else:
+        plans = {"": dry_run(loaded)}
+        if as_json:
+            print_json(plan_data(plans[""]))
+        else:
+            print_plan(plans[""])
+    for label, plan in plans.items():
+        warn(protocol, [f"{label}: {warning}" if label else warning for warning in plan.warnings])
+
+
+@knitlab.command(
+    short_help="Draw the knit of a protocol; its clearance and yarn length.",
+    epilog="\b\nExample:\n  knitlab preview examples/biaxial_cycle.yaml --out pictures",
+)
+def preview(
+    protocol: ProtocolPath,
+    *,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the picture.", show_default="the current folder", file_okay=False)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
+    from app.checks.dry_run import build_specimen, describe  # noqa: PLC0415
+    from app.file_names import file_stem  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.views.renders import specimen_picture  # noqa: PLC0415
+    from app.views.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
+
+    loaded = load(protocol)
+    specimen = build_specimen(loaded)
+    folder = Path() if out is None else out
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{file_stem(loaded.protocol.name)}_specimen.png"
+    note = specimen_picture(specimen, picture).note
+    if note:
+        complain(note)
+    facts = describe(specimen)
+    if as_json:
+        print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
+    else:
+        print_facts(loaded.protocol, facts)
+        sys.stdout.write(f"picture: {picture}\n")
+
+
+knitlab.command(
+    short_help="Run a protocol into a run folder.",
+    epilog="\b\nExamples:\n  knitlab run examples/biaxial_cycle.yaml --out runs/first\n"
+    "  knitlab run examples/biaxial_small.yaml --quiet --json",
+)(run)
+knitlab.command(
+    short_help="Go on with a run that was killed or interrupted.",
+    epilog="\b\nExample:\n  knitlab resume runs/biaxial_cycle",
+)(resume)
+
+
+@knitlab.command(
+    name="print",
+    short_help="Check the knit for a 3D printer; write STL, 3MF, layers.",
+    epilog="\b\nExamples:\n  knitlab print examples/biaxial_cycle.yaml --out print --slices\n"
+    "  knitlab print examples/biaxial_cycle.yaml --printer nanoscribe --format stl --json",
+)
+def print_(
+    protocol: ProtocolPath,
+    *,
+    printer: Annotated[str, typer.Option(help="j35, nanoscribe, or the path of a printer's YAML file.")] = "j35",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the files.", show_default="the current folder", file_okay=False)
+    ] = None,
+    kind: Annotated[Literal["stl", "3mf", "both"], typer.Option("--format", help="File of the surface.")] = "both",
+    chord_error: Annotated[
+        str | None,
+        typer.Option(help="How far the mesh may lie off the fibre: 10 um.", show_default="half a layer"),
+    ] = None,
+    slices: Annotated[bool, typer.Option("--slices", help="Also cut layers; a sheet of twelve.")] = False,
+    every: Annotated[
+        int | None, typer.Option(help="Also draw every N-th layer, to scale.", min=1, show_default=False)
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Make the surface of a knit, check that a printer can make it, and write it as STL and 3MF in mm.
+
+    Each fibre is a closed tube along the smooth yarn. It must be whole, thick enough to print, and clear of itself
+    by more than the printer fuses; found and allowed stand side by side. Files are written all the same; a check that
+    is not met ends with exit code 6. Needs the extra: pip install 'knitlab[printing]'.
+    """
+    from app.printing import require_extra  # noqa: PLC0415
+
+    require_extra()
+    from app.cli.tables import Bar  # noqa: PLC0415
+    from app.printing.job import Wanted, print_knit  # noqa: PLC0415
+    from app.printing.printers import read_printer_data  # noqa: PLC0415
+    from app.printing.show import print_data, show_print  # noqa: PLC0415
+    from app.schemas import load  # noqa: PLC0415
+    from app.schemas.units import parse  # noqa: PLC0415
+    from app.views.tables import print_json  # noqa: PLC0415
+
+    data = read_printer_data(printer)
+    wanted = Wanted(
+        formats=("stl", "3mf") if kind == "both" else (kind,),
+        sheet=slices,
+        every=every,
+        chord_error=None if chord_error is None else parse(chord_error, "length", "--chord-error"),
+    )
+    with Bar(hidden=quiet) as bar:
+        made = print_knit(load(protocol), data, Path() if out is None else out, wanted, bar.show)
+    if as_json:
+        print_json(print_data(made, data))
+    else:
+        show_print(made, data)
+    raise typer.Exit(0 if made.printable else NOT_PRINTABLE)
+
+
+knitlab.command(
+    short_help="Run every point of a sweep, each into its folder.",
+    epilog="\b\nExample:\n  knitlab sweep examples/fig3d/fig3d_course.yaml --out runs/fig3d --jobs 2",
+)(sweep)
+knitlab.command(short_help="Print the figures of a run.", epilog="\b\nExample:\n  knitlab analyse runs/first --json")(
+    analyse
+)
+knitlab.command(
+    short_help="Put the curves of several runs into one figure.",
+    epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
+)(plot)
+knitlab.command(short_help="Write a run's log as an instrument would.", epilog=EXPORT_HELP)(export)
+
+
+@knitlab.command(
+    short_help="List the materials, with the source of every number.",
+    epilog="\b\nExamples:\n  knitlab materials\n  knitlab materials examples/materials/my-resins.yaml",
+)
+def materials(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="Materials of one's own (YAML).", show_default=False)
+    ] = None,
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """List the materials of the catalogue, and those of a file, with the source of every number."""
+    from app.schemas.material_files import known_materials  # noqa: PLC0415
+    from app.views.tables import materials_data, print_json, print_materials  # noqa: PLC0415
+
+    known = known_materials(file)
+    if as_json:
+        print_json(materials_data(known))
+    else:
+        print_materials(known)
+
+
+@knitlab.command(
+    short_help="Print the JSON Schema of protocol or materials files.",
+    epilog="\b\nExamples:\n  knitlab schema > protocol.schema.json\n"
+    "  knitlab schema --kind material > material.schema.json",
+)
+def schema(
+    *,
+    kind: Annotated[
+        Literal["protocol", "material"], typer.Option(help="Which kind of file: protocol or material.")
+    ] = "protocol",
+) -> None:
+    """Print the JSON Schema of protocol or materials files, for editors that complete and check YAML."""
+    from app import schemas  # noqa: PLC0415
+    from app.schemas import materials as material_schemas  # noqa: PLC0415
+    from app.views.tables import print_json  # noqa: PLC0415
+
+    print_json(material_schemas.json_schema() if kind == "material" else schemas.json_schema())
+
+
+knitlab.command(short_help=SHORT, epilog=EXAMPLE)(images)

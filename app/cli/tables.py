@@ -1,0 +1,131 @@
+"""Tables of runs, sweeps and jobs, and the progress bar of a command."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from app.views.tables import console_of, figures_data, print_crossings, print_figures, print_steps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import TracebackType
+    from typing import Self
+
+    from app.client import Job
+    from app.runs.sweeps import SweepResult
+    from app.runs.use_cases import RunResult
+
+
+class Bar:
+    """Show how far a run is, on stderr.
+
+    Parameters
+    ----------
+    hidden : bool
+        Show nothing.
+    began : float, optional
+        When what is shown began, on the clock of `perf_counter` [s]; by itself now.
+    """
+
+    def __init__(self, *, hidden: bool, began: float | None = None) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=hidden,
+        )
+        self._task = self._progress.add_task("starting", total=1.0)
+        if began is not None:
+            self._progress.tasks[0].start_time = self._progress.get_time() - (perf_counter() - began)
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._progress.stop()
+
+    def show(self, fraction: float, message: str) -> None:
+        """Show the fraction done [1] and what is being done."""
+        self._progress.update(self._task, completed=fraction, description=message)
+
+
+def result_data(result: RunResult) -> dict[str, Any]:
+    """Return the end of a run as plain data."""
+    return {
+        "outcome": result.outcome,
+        "message": result.message,
+        "folder": str(result.folder),
+        "crossings": [one.data() for one in result.crossings],
+        "figures": figures_data(result.figures),
+        "steps": [asdict(step) for step in result.steps],
+    }
+
+
+def print_result(result: RunResult) -> None:
+    """Print how a run ended and its figures."""
+    console = console_of()
+    console.print(f"outcome: {result.outcome}; folder: {result.folder}", soft_wrap=True)
+    print_crossings(result.crossings)
+    print_steps(result.steps)
+    print_figures(result.figures)
+
+
+def sweep_data(result: SweepResult) -> dict[str, Any]:
+    """Return a sweep as plain data."""
+    points = [
+        {
+            "point": one.point.label,
+            "values": dict(one.point.values),
+            "folder": str(one.folder),
+            "outcome": one.outcome,
+            "message": one.message,
+            "skipped": one.skipped,
+            "crossings": [crossing.data() for crossing in one.crossings],
+            "figures": figures_data(one.figures),
+        }
+        for one in result.points
+    ]
+    plots = [str(path) for path in result.plots]
+    return {"points": points, "table": str(result.table), "plot": str(result.plot), "plots": plots}
+
+
+def print_sweep(result: SweepResult) -> None:
+    """Print how the points of a sweep ended and where they are summed up."""
+    table = Table("point", "outcome", "folder", "")
+    for one in result.points:
+        table.add_row(one.point.label, one.outcome, str(one.folder), "done before" if one.skipped else "")
+    console_of().print(table)
+    for one in result.points:
+        for crossing in one.crossings:
+            console_of().print(f"{one.point.label}: beyond strength: {crossing}", soft_wrap=True)
+    for name, path in (("table", result.table), *(("plot", path) for path in (result.plot, *result.plots))):
+        console_of().print(f"{name}: {path}", soft_wrap=True)
+
+
+def jobs_data(found: Sequence[Job]) -> list[dict[str, Any]]:
+    """Return jobs as plain data."""
+    return [asdict(job) for job in found]
+
+
+def print_jobs(found: Sequence[Job]) -> None:
+    """Print a table of jobs."""
+    table = Table()
+    for name in ("id", "name", "state", "done", "created", "end"):
+        # An id must stay whole, to be copied.
+        table.add_column(name, no_wrap=name == "id", overflow="fold")
+    for job in found:
+        created = (job.created or "")[:16].replace("T", " ")
+        table.add_row(job.id, job.name, job.state, f"{job.progress.share:.0%}", created, job.end or "")
+    console_of().print(table)

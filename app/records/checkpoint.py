@@ -1,0 +1,207 @@
+"""Keep checkpoints of a run beside its record, so that a killed run goes on to the same rows.
+
+A checkpoint is whole or not there: it is written under another name, brought to the disk, then renamed. The rows that
+it counts are on the disk before it is.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+
+from app.records.folder import whole_file
+from app.records.h5_read import reading
+from app.records.h5_tree import fetch, store
+from app.records.seal import seal
+from app.records.staged_file import new_hdf5
+from knitlab_core.equilibrium.carried import Carried
+from knitlab_core.equilibrium.model import State
+from knitlab_core.errors import FormatError
+from rigs.control.checkpoint import Checkpoint
+from rigs.control.controller import Memory
+from rigs.control.resume_point import PathPosition, ResumePoint
+from rigs.control.strokes import History, Readings
+from rigs.instruments.channels import Zeroing
+from rigs.record import Equilibrium
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from app.records.writer import RunWriter
+
+CHECKPOINT: Final = "checkpoint.h5"
+
+#: Rises whenever a checkpoint of before could not be gone on from.
+LAYOUT: Final = 2
+
+EVERY: Final = 2.0
+"""Time between two checkpoints, at least [s]."""
+
+SHARE: Final = 0.01
+"""Share of a run's time that checkpoints may take, at most [1]."""
+
+Facts: TypeAlias = "Mapping[str, str | int | float]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Say what a run is of.
+
+    Attributes
+    ----------
+    name : str
+        Name of the protocol.
+    protocol, materials : str
+        The protocol, and the materials it brings in a file of its own, verbatim.
+    facts : Mapping
+        What it was made with; see `provenance`.
+    """
+
+    name: str
+    protocol: str
+    materials: str
+    facts: Facts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Saved:
+    """Hold a checkpoint and how far the record of its run was.
+
+    Attributes
+    ----------
+    origin : Origin
+        What the run is of.
+    checkpoint : Checkpoint
+        What the test needs to go on.
+    lengths : Mapping
+        Length of everything in the record that grows; see `RunWriter.lengths`.
+    zeroings : tuple of Zeroing
+        The zeroings so far.
+    seconds : float
+        Wall time that the run had taken [s].
+    """
+
+    origin: Origin
+    checkpoint: Checkpoint
+    lengths: Mapping[str, int]
+    zeroings: tuple[Zeroing, ...]
+    seconds: float
+
+
+@dataclass(slots=True, kw_only=True)
+class Keeper:
+    """Write checkpoints as a run goes on, the first at once.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    origin : Origin
+        What the run is of.
+    began : float
+        When the run began, on the clock of `perf_counter`, earlier sessions counted in [s].
+    """
+
+    path: Path
+    origin: Origin
+    began: float
+    _due: float = field(default=0.0, init=False)
+
+    def keep(self, checkpoint: Checkpoint, writer: RunWriter, zeroings: list[Zeroing]) -> None:
+        """Write a checkpoint if one is due."""
+        begin = perf_counter()
+        if begin < self._due:
+            return
+        writer.sync()
+        saved = Saved(
+            origin=self.origin,
+            checkpoint=checkpoint,
+            lengths=writer.lengths(),
+            zeroings=tuple(zeroings),
+            seconds=begin - self.began,
+        )
+        save(self.path, saved)
+        end = perf_counter()
+        self._due = end + max(EVERY, (end - begin) / SHARE)
+
+
+def save(path: Path, saved: Saved) -> None:
+    """Write a checkpoint, all of it or nothing."""
+    cursor = asdict(saved.checkpoint.cursor)
+    zeroings = [{"time": one.time, "kinds": sorted(one.kinds)} for one in saved.zeroings]
+    plain = {
+        "origin": asdict(saved.origin),
+        "cursor": cursor,
+        "lengths": dict(saved.lengths),
+        "zeroings": zeroings,
+        "seconds": saved.seconds,
+    }
+    with whole_file(path) as temporary:
+        with new_hdf5(temporary) as file:
+            file.attrs["layout"] = LAYOUT
+            file["plain"] = json.dumps(plain)
+            store(file.create_group("state"), saved.checkpoint.state)
+            store(file.create_group("carried"), saved.checkpoint.carried)
+            file["mounted"] = saved.checkpoint.mounted
+            file["severed"] = np.array(saved.checkpoint.severed, dtype=np.int64)
+        seal(temporary)
+
+
+def read_checkpoint(path: Path) -> Saved:
+    """Read a checkpoint.
+
+    Raises
+    ------
+    FormatError
+        If the file is no checkpoint, or one of another layout.
+    """
+    with reading(path, "the checkpoint of a run") as file:
+        if file.attrs["layout"] != LAYOUT:
+            raise FormatError(path, 1, f"a checkpoint in layout {LAYOUT}, as of this version")
+        plain = json.loads(file["plain"].asstr()[()])
+        return Saved(
+            origin=Origin(**plain["origin"]),
+            checkpoint=Checkpoint(
+                cursor=_cursor(plain["cursor"]),
+                state=fetch(file["state"], State),
+                carried=fetch(file["carried"], Carried),
+                mounted=file["mounted"][()],
+                severed=tuple(int(edge) for edge in file["severed"][()]),
+            ),
+            lengths=plain["lengths"],
+            zeroings=tuple(Zeroing(time=one["time"], kinds=frozenset(one["kinds"])) for one in plain["zeroings"]),
+            seconds=plain["seconds"],
+        )
+
+
+def _cursor(plain: dict[str, Any]) -> ResumePoint:
+    """Return the cursor of plain data."""
+    place, last, memory, sight = (plain[name] for name in ("place", "last", "memory", "sight"))
+    course = History(**memory["course"] | {"free": tuple(memory["course"]["free"])})
+    return ResumePoint(
+        **plain
+        | {
+            "memory": Memory(**memory | {"course": course}),
+            "sight": None if sight is None else Readings(**sight),
+            "place": None if place is None else PathPosition(**place),
+            "last": None if last is None else Equilibrium(**last),
+        }
+    )
+
+
+def require_same(path: Path, then: Facts, now: Facts) -> None:
+    """Raise unless a run can go on with what there is now: the same versions and numbers.
+
+    Raises
+    ------
+    FormatError
+        Naming the first fact that has changed.
+    """
+    for name in sorted({*then, *now}):
+        if then.get(name) != now.get(name):
+            raise FormatError(path, 1, f"{name} = {now.get(name)} as there is now, found {then.get(name)} as it began")

@@ -1,0 +1,65 @@
+"""Open HDF5 files of ours to read; whatever is wrong with one is one line."""
+
+from __future__ import annotations
+
+import os
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import h5py
+
+from app.records.seal import require_intact
+from app.records.storage import fault_of
+from knitlab_core.errors import FormatError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+DAMAGED: Final = (
+    OSError,
+    LookupError,
+    TypeError,
+    ValueError,
+    RuntimeError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+)
+"""What h5py, and code that uses what it read, raise of a file that is not what was written."""
+
+
+@contextmanager
+def reading(path: Path, what: str, *, sealed: bool = True) -> Iterator[h5py.File]:
+    """Lend an HDF5 file to read.
+
+    Parameters
+    ----------
+    path : Path
+        The file; another process may be writing it.
+    what : str
+        What is expected, such as ``the record of a run``.
+    sealed : bool
+        Whether to check the seal, if it has one; needless if it has just been checked.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read at all: it is not there, or this user may not.
+    FormatError
+        If it is damaged, or another file.
+    """
+    if sealed:
+        require_intact(path, what)
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except DAMAGED as error:
+        if (number := fault_of(error)) is not None:
+            raise OSError(number, os.strerror(number), str(path)) from error
+        raise FormatError(path, 1, f"{what} ({_first_line(error)})") from error
+
+
+def _first_line(error: BaseException) -> str:
+    """Return the first line of what an error says, or its name."""
+    return next(iter(str(error).splitlines()), "") or type(error).__name__

@@ -1,0 +1,225 @@
+"""Read ``run.h5`` back, whole or cut off."""
+
+from __future__ import annotations
+
+import errno
+import os
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, cast
+
+import numpy as np
+
+from app.records.h5_read import reading
+from app.records.layout import LAYOUT, NOT_PASSED, PLATES, RUNNING, UNFINISHED
+from app.records.row_checksum import CHECKSUM, good_rows
+from app.records.stored_log import read_logs
+from app.records.vtkhdf import read_frames
+from knitlab_core.equilibrium.stopwatch import Cost
+from knitlab_core.errors import FormatError
+from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
+from rigs.axes import AXES
+from rigs.instruments.samples import thinned
+from rigs.jumps import jump_times
+from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
+from rigs.step_record import StepRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import h5py
+
+    from rigs.axes import FloatArray, IntArray
+    from rigs.instruments.samples import Samples, Table
+    from rigs.record import Frame
+
+MOST_SHOWN: Final = 100_000
+"""Samples of a log that a plot shows."""
+
+WHAT: Final = "the record of a run"
+
+
+class RunReader:
+    """Hold what a run left behind, even one that was killed.
+
+    Parameters
+    ----------
+    path : Path
+        The file, ``run.h5``.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    protocol : str
+        The protocol's YAML, verbatim.
+    materials : str
+        The YAML of the materials that the protocol brought in a file of its own, verbatim.
+    strands : tuple of int
+        Nodes of every strand.
+    plates : tuple of IntArray or None
+        Nodes in the lower and in the upper load plate; None where hooks held the specimen.
+    provenance : dict of str to object
+        Attributes of the file: versions, seed, rig, material values.
+    size : SpecimenSize
+        Extents and fibre radius.
+    tags : list of str
+        The labels that steps, samples and images bear.
+    trace : Trace
+        The equilibria.
+    logs : mapping of str to Table
+        What the instruments logged, by their names, to be read part by part; empty if the run was cut off before.
+    samples : dict of str to Samples
+        The same for show: of a log of more than `MOST_SHOWN` samples those that its curve needs.
+    steps : tuple of StepRecord
+        The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
+    going_on : bool
+        Whether the run is going on, or was killed: nothing says how it ended.
+    crossings : tuple of LimitCrossing
+        Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
+    outcome : Outcome
+        How the run ended; ``abort`` if nothing says so.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a run, is damaged, or of another layout.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with reading(path, WHAT) as file:
+            if "protocol" in file and file.attrs.get("layout") != LAYOUT:
+                raise FormatError(path, 1, f"{WHAT} in layout {LAYOUT}")
+            self.tags = [text.decode() for text in file["tags"][()]]
+            self.protocol = cast("str", file["protocol"].asstr()[()])
+            self.materials = cast("str", file["materials"].asstr()[()])
+            self.strands = tuple(int(size) for size in file["strands"][()])
+            self.plates = _read_plates(file)
+            self.provenance = dict(file.attrs)
+            self.size = SpecimenSize(
+                extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
+                fibre_radius=float(file.attrs["fibre_radius"]),
+                convention=file.attrs["thickness_convention"],
+            )
+            self.going_on = file["outcome"].attrs["end"].decode() == RUNNING
+            self.trace = self._read_trace(file["equilibria"])
+            self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
+            self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
+            self.crossings = _read_crossings(file, self.trace)
+            self.outcome = _read_outcome(file["outcome"], len(self.trace))
+
+    @cached_property
+    def samples(self) -> dict[str, Samples]:
+        """Return what the instruments logged, for show."""
+        return {name: thinned(log, MOST_SHOWN) for name, log in self.logs.items()}
+
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the shapes that were kept, in the order of time."""
+        with reading(self.path, WHAT) as file:
+            return read_frames(file, self.tags)
+
+    def _read_trace(self, table: h5py.Group) -> Trace:
+        raw = {name: column[()] for name, column in table.items()}
+        good = good_rows(raw, self._tag_texts(raw["tag"][: _rows(raw)]))
+        count = int(np.flatnonzero(good)[-1]) + 1 if good.any() else 0
+        # A run that was cut off may have lost its last rows; any other row that does not match was damaged.
+        if not good[:count].all() or (count < len(good) and not self.going_on):
+            raise FormatError(
+                self.path, 1, f"{WHAT}, undamaged: row {int(np.argmin(good))} does not match its checksum"
+            )
+        numbers = set(raw) - {"phase", "tag", CHECKSUM}
+        return Trace(
+            columns={name: raw[name][:count].astype(np.float64) for name in numbers},
+            phase=tuple(PHASES[index] for index in raw["phase"][:count]),
+            tag=self._tag_texts(raw["tag"][:count]),
+        )
+
+    def _read_steps(self, table: h5py.Group) -> tuple[StepRecord, ...]:
+        raw = {name: column[()] for name, column in table.items()}
+        tags = self._tag_texts(raw["tag"])
+        return tuple(
+            StepRecord(
+                number=number,
+                place=raw["place"][number].decode(),
+                tag=tags[number],
+                start=float(raw["start"][number]),
+                time=float(raw["time"][number]),
+                end=ENDS[raw["end"][number]],
+                message=raw["message"][number].decode(),
+            )
+            for number in range(_rows(raw))
+        )
+
+    def _tag_texts(self, indices: FloatArray) -> tuple[str | None, ...]:
+        return tuple(self.tags[int(index)] if 0 <= index < len(self.tags) else None for index in indices)
+
+
+def read_run(path: Path) -> RunReader:
+    """Open a run by its folder or by its file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no record.
+    FormatError
+        If it is not one of a run, or of another layout.
+    """
+    record = path / "run.h5" if path.is_dir() else path
+    if not record.exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(record))
+    return RunReader(record)
+
+
+def _rows(columns: dict[str, FloatArray]) -> int:
+    """Return the rows that every column has: a killed run may lack some of the last one."""
+    return min(len(column) for column in columns.values())
+
+
+def _as_far(steps: tuple[StepRecord, ...], trace: Trace) -> tuple[StepRecord, ...]:
+    """Return steps of which the one that was under way, if any, ends at the last row and says so."""
+    if not steps or steps[-1].end != "abort" or not len(trace):
+        return steps
+    last = steps[-1]
+    reached = max(last.start, float(trace.columns["time"][-1]))
+    return (*steps[:-1], replace(last, time=reached, message=last.message or "cut short"))
+
+
+def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
+    """Return the nodes in the two load plates, or None."""
+    if "plates" not in file:
+        return None
+    lower, upper = (file[f"plates/{name}"][()] for name in PLATES)
+    return lower, upper
+
+
+def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
+    """Return the limits that were passed."""
+    if "limits" not in file:
+        return ()
+    raw = {name: column[()] for name, column in file["limits"].items()}
+    return tuple(
+        LimitCrossing(
+            limit=MaterialLimit(
+                name=raw["name"][k].decode(), strain=float(raw["limit"][k]), text=raw["text"][k].decode()
+            ),
+            row=int(row),
+            time=float(raw["time"][k]),
+            strain={axis: float(raw[f"strain_{axis}"][k]) for axis in trace.axes},
+            fibre_strain=float(raw["fibre_strain"][k]),
+        )
+        for k, row in enumerate(raw["row"])
+        if NOT_PASSED < row < len(trace)
+    )
+
+
+def _read_outcome(group: h5py.Group, rows: int) -> Outcome:
+    end = group.attrs["end"].decode()
+    if end in ENDS:
+        # Records of before 2026-12 do not say what came to no row.
+        iterations, factorisations, seconds = (float(group.attrs.get(name, 0.0)) for name in UNFINISHED)
+        unfinished = Cost(round(iterations), round(factorisations), seconds)
+        return Outcome(end=end, message=group.attrs["message"].decode(), unfinished=unfinished)
+    message = "the run is going on, or was killed" if end == RUNNING else f"unknown end {end!r}"
+    return Outcome(end="abort", message=f"{message}; {rows} rows")

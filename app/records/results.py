@@ -1,0 +1,197 @@
+"""Work out the figures that stand at the end of a test, from its equilibria."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+from app.schemas import loads
+from knitlab_core.equilibrium.stopwatch import Cost
+from rigs.analysis.cycles import cycle_figures, stress_strain
+from rigs.analysis.material_limits import crossings, limits_of
+from rigs.instruments.channels import Zeroing
+from rigs.instruments.signals import zero_offset
+from rigs.jumps import parted
+from rigs.protocol.steps import Cycle, Zero
+from rigs.protocol.unrolled import unrolled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from app.records.reader import RunReader
+    from rigs.analysis.cycles import CycleFigures
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.protocol import Protocol
+    from rigs.record import SpecimenSize, Trace
+
+Figure: TypeAlias = tuple[str, float, str]
+
+WALL_TIME: Final = "wall time"
+NOTHING: Final = Cost()
+STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
+LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
+
+
+def run_figures(
+    trace: Trace,
+    size: SpecimenSize,
+    zeroings: Sequence[Zeroing],
+    wall_seconds: float,
+    *,
+    protocol: Protocol | None = None,
+    unfinished: Cost = NOTHING,
+) -> tuple[Figure, ...]:
+    """Return the figures of a run: stresses and loops of every cycle, then what it cost and how well it closed.
+
+    Where the protocol has steps `cycle`, theirs alone are the cycles, each counted from the start of its step, on the
+    axes that it drives.
+
+    Parameters
+    ----------
+    trace : Trace
+        The equilibria.
+    size : SpecimenSize
+        Turns travel and force into strain and stress.
+    zeroings : sequence of Zeroing
+        When channels were set to zero; strain and stress count from there.
+    wall_seconds : float
+        Time from the start of the run to the end of its test [s].
+    protocol : Protocol, optional
+        The test.
+    unfinished : Cost, optional
+        What was spent on searches after the last row.
+
+    Returns
+    -------
+    tuple of (name, value, unit)
+        Empty if nothing was measured beyond the specimen as mounted.
+    """
+    if len(trace) < 2:
+        return ()
+    limits = limits_of(protocol.specimen) if protocol is not None else ()
+    found = [
+        *_mechanics(parted(trace), size, zeroings, protocol),
+        *_effort(trace, unfinished, wall_seconds),
+        *_soundness(trace),
+        *_limits(crossings(trace, size, limits)),
+    ]
+    return tuple(figure for figure in found if isfinite(figure[1]))
+
+
+def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, ...]:
+    """Return the figures of a run; its wall time, if among them, is that from its start to its last file [s]."""
+    return tuple((name, seconds if name == WALL_TIME else value, unit) for name, value, unit in figures)
+
+
+def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> FloatArray:
+    """Return displacements [m] or forces [N] of an axis, (n,), counted from the last zeroing before each row."""
+    values, time = trace.columns[f"{kind}_{axis}"], trace.columns["time"]
+    return values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
+
+
+def energy_balance_error(trace: Trace) -> float:
+    """Return how far work done and energy stored and dissipated part, relative to the largest work done [1]."""
+    columns = trace.columns
+    kept = np.sum([columns[name] for name in (*STORED, *LOST)], axis=0)
+    work = columns["external_work"]
+    # Work counts from the first row, but a straight yarn was bent into its knit before.
+    kept -= kept[0] - work[0]
+    largest = float(np.abs(work).max())
+    return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
+
+
+def protocol_of(run: RunReader) -> Protocol:
+    """Return the test of a record."""
+    return loads(run.protocol, str(run.path), materials=run.materials).protocol
+
+
+def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
+    """Return when channels were set to zero in a run."""
+    begun = {step.number: step.time for step in run.steps}
+    return [
+        Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
+        for leaf in unrolled(protocol.steps)
+        if isinstance(leaf.step, Zero) and leaf.number in begun
+    ]
+
+
+def figures_of(run: RunReader) -> tuple[Figure, ...]:
+    """Return the figures of a run that is over, or was cut off; its wall time is not known."""
+    protocol = protocol_of(run)
+    return run_figures(
+        run.trace,
+        run.size,
+        zeroings_of(run, protocol),
+        float("nan"),
+        protocol=protocol,
+        unfinished=run.outcome.unfinished,
+    )
+
+
+def _mechanics(
+    trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], protocol: Protocol | None
+) -> Iterator[Figure]:
+    curves = {}
+    for axis in trace.axes:
+        travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
+        curves[axis] = stress_strain(travel, force, axis, size)
+    cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
+    cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if isinstance(leaf.step, Cycle)]
+    for leaf in cycling:
+        rows = np.flatnonzero(steps == leaf.number)
+        if not len(rows) or not isinstance(leaf.step, Cycle):
+            continue
+        rows = np.concatenate([rows[:1] - 1, rows]) if rows[0] > 0 else rows
+        # The row before belongs to the step before, but the first cycle sets out from it.
+        phase = ["Zero", *(trace.phase[row] for row in rows[1:])]
+        number = cycle[rows] - cycle[rows[1:]].min() + 1
+        name = "" if len(cycling) == 1 else f", {leaf.tag or leaf.place}"
+        for axis in leaf.step.axes:
+            strain, stress = (values[rows] for values in curves[axis])
+            yield from _of_cycles(axis, cycle_figures(axis, strain, stress, phase, number), name)
+    for axis, (strain, stress) in curves.items() if not cycling else ():
+        yield from _of_cycles(axis, cycle_figures(axis, strain, stress, trace.phase, cycle), "")
+
+
+def _of_cycles(axis: Axis, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
+    """Yield the figures of some cycles of an axis; a name tells their step from others."""
+    for figures in cycles:
+        where = f"{axis}{name}, cycle {figures.cycle}"
+        for level, value in figures.stress.items():
+            yield f"stress at {level:.0%}, {where}", value, "Pa"
+        yield f"secant modulus to 0.4%, {where}", figures.initial_secant, "Pa"
+        yield f"secant modulus to peak, {where}", figures.peak_secant, "Pa"
+        yield f"work of loading, {where}", figures.loading_work, "J/m3"
+        yield f"loop area, {where}", figures.loop_area, "J/m3"
+        yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
+
+
+def _effort(trace: Trace, unfinished: Cost, wall_seconds: float) -> Iterator[Figure]:
+    columns = trace.columns
+    iterations = columns["iterations"].sum()
+    solved = np.count_nonzero(columns["factorisations"])
+    yield "equilibria", float(len(trace)), "1"
+    yield "Newton iterations", float(iterations + unfinished.iterations), "1"
+    if unfinished.iterations:
+        yield "of these after the last equilibrium", float(unfinished.iterations), "1"
+    yield "iterations per equilibrium", float(iterations / solved) if solved else float("nan"), "1"
+    yield "factorisations", float(columns["factorisations"].sum() + unfinished.factorisations), "1"
+    yield "solver time", float(columns["seconds"].sum() + unfinished.seconds), "s"
+    yield WALL_TIME, wall_seconds, "s"
+
+
+def _soundness(trace: Trace) -> Iterator[Figure]:
+    yield "energy balance error", energy_balance_error(trace), "1"
+    if trace.columns["bonds_broken"].any():
+        yield "fused points broken", float(trace.columns["bonds_broken"][-1]), "1"
+    yield "largest strain of a fibre", float(trace.columns["fibre_strain"].max()), "1"
+    yield "worst residual", float(trace.columns["residual"].max()), "1"
+
+
+def _limits(found: Sequence[LimitCrossing]) -> Iterator[Figure]:
+    for crossing in found:
+        for axis, strain in crossing.strain.items():
+            yield f"strain {axis} where {crossing.limit.name} is passed", strain, "1"

@@ -1,0 +1,45 @@
+"""What the instruments of a run logged, also where it was cut off before its log was made."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from app.records.results import zeroings_of
+from app.schemas import loads
+from app.schemas.machine_data import machines_of
+from rigs.control.log_rate import stretches_of
+from rigs.instruments.channels import measure
+from rigs.machines.machine import instruments_on
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.records.reader import RunReader
+    from rigs.instruments.samples import Table
+
+
+def samples_of(run: RunReader) -> Mapping[str, Table]:
+    """Return what each instrument logged, up to the last row of a run that was cut off; nothing if it has no row.
+
+    Raises
+    ------
+    ProtocolError
+        If the protocol of a run that was cut off is none of these machines.
+    """
+    if not run.going_on or not len(run.trace) or (run.logs and all(_whole(log, run) for log in run.logs.values())):
+        return run.logs
+    loaded = loads(run.protocol, str(run.path), materials=run.materials)
+    log, zeroings = loaded.protocol.log, zeroings_of(run, loaded.protocol)
+    stretches = stretches_of(run.trace, loaded.protocol)
+    return {
+        instrument.name: measure(
+            instrument, run.trace, seed=log.seed, noise=log.noise, zeroings=zeroings, stretches=stretches
+        )
+        for instrument in instruments_on(loaded.protocol, machines_of(loaded.protocol))
+    }
+
+
+def _whole(log: Table, run: RunReader) -> bool:
+    """Tell whether a log reaches the last row of its run, to a sample."""
+    last = log.part(max(len(log) - 2, 0), len(log)).true_time
+    return len(last) > 1 and float(run.trace.columns["time"][-1] - last[-1]) < 1.5 * float(last[-1] - last[0])

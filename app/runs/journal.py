@@ -1,0 +1,96 @@
+"""Write a test down as it happens: rows, shapes, checkpoints, and how far it is."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from rigs.control.checkpoint import Checkpoint
+from rigs.instruments.channels import Zeroing
+from rigs.record import Equilibrium, Frame, Outcome
+from rigs.step_record import StepRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
+
+    from app.records.checkpoint import Keeper
+    from app.records.writer import RunWriter
+    from rigs.axes import Axis
+    from rigs.control.experiment import Event
+
+TESTED: Final = 0.9
+"""Share of a run that is done when its test is: log, plot and pictures come after."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Journal:
+    """Write a test down as it happens, and remember what the end of it needs.
+
+    Attributes
+    ----------
+    writer : RunWriter
+        The record.
+    keeper : Keeper
+        Keeps checkpoints of it.
+    gauges : Mapping
+        Initial hook-to-hook length of each driven axis [m].
+    planned : float
+        Time that the test is planned to take [s].
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium; a run that goes on tells some again.
+    zeroings : list of Zeroing
+        Those so far.
+    done : float
+        Share of the run that is done [1].
+    window : callable
+        Returns a context in which an interrupt is raised: that of the solver's work, not of writing.
+    """
+
+    writer: RunWriter
+    keeper: Keeper
+    gauges: Mapping[Axis, float]
+    planned: float
+    progress: Callable[[float, str], None]
+    watch: Callable[[int, Equilibrium, Mapping[Axis, float]], None] | None = None
+    zeroings: list[Zeroing] = field(default_factory=list)
+    done: float = 0.0
+    window: Callable[[], AbstractContextManager[None]] = nullcontext
+
+    def record(self, events: Iterator[Event]) -> Outcome:
+        """Write down every event; an interrupt ends the test and keeps them."""
+        try:
+            while True:
+                with self.window():
+                    event = next(events, None)
+                match event:
+                    case Equilibrium():
+                        self.writer.append(event)
+                        self._show(event)
+                    case Checkpoint():
+                        self.keeper.keep(event, self.writer, self.zeroings)
+                    case Frame():
+                        self.writer.add_frame(event)
+                    case StepRecord():
+                        self.writer.add_step(event)
+                    case Zeroing():
+                        self.zeroings.append(event)
+                    case Outcome():
+                        return event
+                    case None:
+                        raise RuntimeError("a test must end with an outcome")
+        except KeyboardInterrupt:
+            return Outcome(end="abort", message=f"interrupted; {self.writer.rows} equilibria kept")
+
+    def _show(self, row: Equilibrium) -> None:
+        """Show how far the test is."""
+        strain = {axis: row.displacement[axis] / length for axis, length in self.gauges.items()}
+        if self.watch is not None:
+            self.watch(self.writer.rows - 1, row, strain)
+        text = f"{row.phase:7} {row.cycle}: {', '.join(f'{axis} {value:6.1%}' for axis, value in strain.items())}"
+        done = min(1.0, row.time / self.planned) if self.planned > 0.0 else 1.0
+        self.done = TESTED * done
+        self.progress(self.done, text)

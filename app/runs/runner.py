@@ -1,0 +1,323 @@
+"""Carry out the test of one run folder, from the start or from a checkpoint, and publish what it gave."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from datetime import datetime
+from functools import partial
+from time import perf_counter
+from typing import TYPE_CHECKING, Final
+
+from app.checks.dry_run import build_specimen, fitted_machines
+from app.records.checkpoint import CHECKPOINT, Keeper, Origin
+from app.records.export import export_logs
+from app.records.results import run_figures, with_wall_time
+from app.file_names import file_stem
+from app.runs.interrupts import interrupts_held
+from app.runs.journal import TESTED, Journal
+from app.runs.provenance import provenance
+from app.records.folder import RECORD
+from app.records.layout import make_record
+from app.records.reader import RunReader
+from app.records.writer import RunWriter
+from app.schemas import loads
+from app.schemas.defaults import shown_defaults
+from app.records.seal import seal, sealed_size
+from knitlab_core.errors import SpecificationError
+from rigs.analysis.material_limits import limits_of
+from rigs.control.checkpoint import restore
+from rigs.control.experiment import perform
+from rigs.control.log_rate import stretches_of
+from rigs.control.plan import planned_duration
+from rigs.instruments.channels import measured_parts
+from rigs.machines.rig import mount
+from rigs.machines.shape import wire_ends
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from app.records.checkpoint import Saved
+    from app.views.drawing import Draw
+    from app.records.results import Figure
+    from app.schemas import Loaded
+    from knitlab_core.equilibrium.model import State
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis, IntArray
+    from rigs.control.experiment import Event
+    from rigs.machines.rig import Rig
+    from rigs.record import End, Equilibrium, Outcome
+    from rigs.step_record import StepRecord
+
+    Progress = Callable[[float, str], None]
+    Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
+
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """Say how a run ended and what it came to.
+
+    Attributes
+    ----------
+    outcome : End
+        How it ended.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    folder : Path
+        The run folder.
+    figures : tuple of (name, value, unit)
+        Empty if nothing was measured.
+    steps : tuple of StepRecord
+        How each step ended that was begun.
+    crossings : tuple of LimitCrossing
+        Where a fibre passed a limit of its material.
+    """
+
+    outcome: End
+    message: str
+    folder: Path
+    figures: tuple[Figure, ...]
+    steps: tuple[StepRecord, ...] = ()
+    crossings: tuple[LimitCrossing, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """Hold a test that is to be done.
+
+    Attributes
+    ----------
+    loaded : Loaded
+        Its protocol.
+    folder : Path
+        Its folder.
+    origin : Origin
+        What it is of.
+    began : float
+        When it began, on the clock of `perf_counter`, earlier sessions counted in [s].
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    """
+
+    loaded: Loaded
+    folder: Path
+    origin: Origin
+    began: float
+    progress: Progress
+    watch: Watch | None
+    draw: Draw | None
+
+    @property
+    def record(self) -> Path:
+        """Return the file of the record."""
+        return self.folder / RECORD
+
+    @property
+    def checkpoint(self) -> Path:
+        """Return the file of the checkpoint."""
+        return self.folder / CHECKPOINT
+
+
+def make_task(
+    loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, draw: Draw | None
+) -> Task:
+    """Say what a test is of: its protocol, and what there is to do it with."""
+    origin = Origin(
+        name=loaded.protocol.name,
+        protocol=loaded.text,
+        materials=loaded.materials,
+        facts=provenance(loaded.protocol, fitted_machines(loaded)),
+    )
+    return Task(
+        loaded=loaded,
+        folder=folder,
+        origin=origin,
+        began=began,
+        progress=progress,
+        watch=watch,
+        draw=draw,
+    )
+
+
+def put_up(loaded: Loaded) -> tuple[Rig, State]:
+    """Mount the specimen of a protocol."""
+    return mount(build_specimen(loaded), loaded.protocol, fitted_machines(loaded))
+
+
+def from_start(task: Task, rig: Rig, state: State) -> RunResult:
+    """Do a test and write its record, ``run.h5``."""
+    protocol = task.loaded.protocol
+    make_record(
+        task.record,
+        protocol=task.loaded.text,
+        size=rig.size,
+        axes=protocol.axes,
+        strands=rig.strands,
+        instruments=rig.instruments,
+        provenance={
+            **task.origin.facts,
+            "defaults": shown_defaults(task.loaded.defaults),
+            "started": datetime.now().astimezone().isoformat(timespec="seconds"),
+        },
+        materials=task.loaded.materials,
+        plates=_plates(rig),
+        wires=len(wire_ends(rig, state)),
+        limits=limits_of(protocol.specimen),
+    )
+    # A checkpoint of before is none of the new record.
+    task.checkpoint.unlink(missing_ok=True)
+    with interrupts_held() as window, RunWriter(task.record) as writer:
+        journal = _journal(task, rig, writer, window)
+        result = _finish(task, rig, journal, perform(rig, state, protocol))
+    return _published(task, result, journal.done)
+
+
+def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
+    """Return the nodes in the lower and in the upper load plate of a rig that has them."""
+    lower, upper = rig.grips.get("P", (None, None))
+    if lower is None or upper is None or lower.pole is not None:
+        return None
+    return lower.nodes, upper.nodes
+
+
+def go_on(task: Task, saved: Saved) -> RunResult:
+    """Go on with a test from a checkpoint."""
+    protocol, checkpoint = task.loaded.protocol, saved.checkpoint
+    laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
+    rig = restore(laid, checkpoint)
+    task = replace(task, began=task.began - saved.seconds)
+    with interrupts_held() as window, RunWriter(task.record, saved.lengths) as writer:
+        journal = _journal(task, rig, writer, window)
+        journal.zeroings.extend(saved.zeroings)
+        result = _finish(task, rig, journal, perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor))
+    return _published(task, result, journal.done)
+
+
+def as_ended(
+    record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None
+) -> RunResult:
+    """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
+    outcome = record.outcome
+    figures: tuple[Figure, ...] = ()
+    if saved is not None:
+        if sealed_size(record.path) is None:  # the disk was full
+            seal(record.path)
+        protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
+        figures = run_figures(
+            record.trace,
+            record.size,
+            saved.zeroings,
+            saved.seconds,
+            protocol=protocol,
+            unfinished=record.outcome.unfinished,
+        )
+        _publish(folder, saved.origin.name, progress, draw=draw)
+        (folder / CHECKPOINT).unlink()
+    return _result(outcome, folder, figures, record)
+
+
+def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
+    return Journal(
+        writer=writer,
+        keeper=Keeper(path=task.checkpoint, origin=task.origin, began=task.began),
+        gauges=rig.gauges,
+        planned=planned_duration(task.loaded.protocol, rig.gauges),
+        progress=task.progress,
+        watch=task.watch,
+        window=window,
+    )
+
+
+def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> RunResult:
+    """Write a test down to its end, and what the instruments logged of it."""
+    outcome = _located(task.loaded, lambda: journal.record(events))
+    protocol, record = task.loaded.protocol, RunReader(task.record)
+    trace, log = record.trace, protocol.log
+    figures: tuple[Figure, ...] = ()
+    if len(trace):
+        for instrument in rig.instruments:
+            for samples in measured_parts(
+                instrument,
+                trace,
+                seed=log.seed,
+                noise=log.noise,
+                zeroings=journal.zeroings,
+                stretches=stretches_of(trace, protocol),
+            ):
+                journal.writer.write_samples(samples)
+        wall_time = perf_counter() - task.began
+        figures = run_figures(
+            trace, rig.size, journal.zeroings, wall_time, protocol=protocol, unfinished=outcome.unfinished
+        )
+    journal.writer.finish(outcome)
+    return _result(outcome, task.folder, figures, record)
+
+
+def _result(outcome: Outcome, folder: Path, figures: tuple[Figure, ...], record: RunReader) -> RunResult:
+    return RunResult(
+        outcome=outcome.end,
+        message=outcome.message,
+        folder=folder,
+        figures=figures,
+        steps=record.steps,
+        crossings=record.crossings,
+    )
+
+
+def _published(task: Task, result: RunResult, done: float) -> RunResult:
+    """Write the views of a test; one that was not interrupted needs no checkpoint any more.
+
+    The progress of one that was stays at the share that was done [1].
+    """
+    progress = task.progress
+    if result.outcome == "abort":
+        progress = partial(_stay, task.progress, done)
+    _publish(task.folder, task.loaded.protocol.name, progress, draw=task.draw)
+    if result.outcome != "abort":
+        task.checkpoint.unlink(missing_ok=True)
+    return replace(result, figures=with_wall_time(result.figures, perf_counter() - task.began))
+
+
+def _stay(progress: Progress, done: float, share: float, text: str) -> None:
+    """Show what is being done after an interrupt at a share done [1]."""
+    progress(done, "interrupted" if share >= 1.0 else text)
+
+
+def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
+    """Give a step that turns out impossible on the way its place in the file."""
+    try:
+        return test()
+    except SpecificationError as error:
+        raise loaded.locate(error) from error
+
+
+def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) -> None:
+    """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
+    run = RunReader(folder / RECORD)
+    if not len(run.trace):
+        return
+    drawn = None if draw is None else draw(run.path, file_stem(name))
+    progress(TESTED, "writing the log")
+    export_logs(run, folder)
+    images_of(run, folder, name, progress)
+    if drawn is not None:
+        progress(TESTED, "drawing the curves and the knit")
+        if note := drawn():
+            sys.stderr.write(note + "\n")
+    progress(1.0, "done")
+
+
+def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float, str], None]) -> tuple[Path, ...]:
+    """Render the images that the protocol took, if any, into their folder in the run's."""
+    if not any(frame.image is not None for frame in run.frames()):
+        return ()
+    from app.views.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)
+
+    return write_images(run, folder / IMAGES, file_stem(name), usual_look(run), progress)

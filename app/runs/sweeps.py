@@ -1,0 +1,275 @@
+"""Run every point of a sweep into a folder of its own, and put what came of them into one table and one plot."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import unicodedata
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from typing import TYPE_CHECKING, Final
+
+from app.records.folder import RECORD
+from app.views.curves import curves_of, stress_unit
+from app.records.results import figures_of
+from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, stress_label
+from app.records.folder import write_whole
+from app.records.reader import RunReader
+from app.schemas import load_sweep, loads, to_data
+from app.schemas.document import dotted
+from app.schemas.errors import shown
+from app.views.sweep_plots import plot_figure
+from app.runs.use_cases import has_ended, resume_run, run_protocol
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from app.records.results import Figure
+    from app.schemas import Loaded
+    from app.schemas.document import Place
+    from app.schemas.sweep import Point, Scalar
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis
+    from rigs.record import End
+
+MOST_JOBS: Final = 64
+
+MOST_LABELS: Final = 12
+"""Points that the legend of the plot names."""
+
+
+_QUANTITY: Final = re.compile(r"[+-]?\.?\d[\d.]*(?:[eE][+-]?\d+)?\s*[A-Za-zµμ%°]*(?:\s*/\s*[A-Za-zµμ]+)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointResult:
+    """Say how a point of a sweep ended.
+
+    Attributes
+    ----------
+    point : Point
+        Its values and label.
+    folder : Path
+        Its run folder.
+    outcome : End
+        How it ended.
+    message : str
+        One line for the user; empty when there is nothing to add.
+    figures : tuple of (name, value, unit)
+        What it came to.
+    skipped : bool
+        Whether it had been run before.
+    crossings : tuple of LimitCrossing
+        Where a fibre passed a limit of its material.
+    """
+
+    point: Point
+    folder: Path
+    outcome: End
+    message: str
+    figures: tuple[Figure, ...]
+    skipped: bool
+    crossings: tuple[LimitCrossing, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepResult:
+    """Hold the points of a sweep in order, and the files that sum them up: table, curves, figures over parameters."""
+
+    points: tuple[PointResult, ...]
+    table: Path
+    plot: Path
+    plots: tuple[Path, ...] = ()
+
+
+def run_sweep(
+    path: Path, out: Path, progress: Callable[[float, str], None], *, jobs: int = 1, figures: Sequence[str] = ()
+) -> SweepResult:
+    """Run all points of a sweep that are not done yet.
+
+    Parameters
+    ----------
+    path : Path
+        The protocol file.
+    out : Path
+        Folder of the sweep; each point gets one in it, named by its values.
+    progress : callable
+        Told the share done [1] and what is being done.
+    jobs : int
+        Processes that run at once.
+    figures : sequence of str
+        Words of the figures to plot over the parameter, or to map over two.
+
+    Returns
+    -------
+    SweepResult
+        Every point, those done before too; after an interrupt those that were begun.
+
+    Raises
+    ------
+    SpecificationError
+        For whatever is wrong with the protocol, or if a point's folder holds another test.
+    """
+    if not 1 <= jobs <= MOST_JOBS:
+        raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
+    swept = load_sweep(path)
+    out.mkdir(parents=True, exist_ok=True)
+    done = {point.label: is_done(out / point.label, loaded) for point, loaded in swept}
+    todo = [point for point, _ in swept if not done[point.label]]
+    count = len(swept) - len(todo)
+    progress(count / len(swept), f"{count} of {len(swept)} points done before")
+    for point, end in _run_all(path, out, todo, progress if jobs == 1 else _quiet, jobs):
+        if end == "abort":
+            # Who interrupts a point means the sweep.
+            break
+        count += 1
+        progress(count / len(swept), f"{point.label} done")
+    points = tuple(
+        _result(point, out / point.label, skipped=done[point.label])
+        for point, _ in swept
+        if (out / point.label / RECORD).exists()
+    )
+    table = write_whole(out / "sweep.csv", [_table(points).encode()])
+    plots = [plot_figure([(one.point.values, one.figures) for one in points], words, out) for words in figures]
+    return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"), plots=tuple(plots))
+
+
+def is_done(folder: Path, loaded: Loaded) -> bool:
+    """Tell whether a folder holds the whole run of a point.
+
+    What the point's protocol says decides, not its text or the name of its file: a sweep can be given more values.
+
+    Raises
+    ------
+    SpecificationError
+        If it holds another test; it says in what the two differ.
+    """
+    record = folder / RECORD
+    if not record.exists():
+        return False
+    run = RunReader(record)
+    there = loads(run.protocol, str(record), name=str(run.provenance.get("name")), materials=run.materials).protocol
+    here = loaded.protocol
+    if not _names_itself(loaded):
+        here = replace(here, name=there.name)
+    if there != here:
+        place, said, had = next(_differences(to_data(here), to_data(there)), ("protocol", "this sweep's", "another"))
+        expected = f"one with {place}: {said} as in this sweep, not {had}; or an empty folder"
+        raise SpecificationError(str(folder), "the run of another protocol", expected)
+    return has_ended(folder) is not None
+
+
+def _names_itself(loaded: Loaded) -> bool:
+    """Tell whether a protocol has a name of its own, and not that of its file."""
+    return isinstance(loaded.document.data, dict) and loaded.document.data.get("name") is not None
+
+
+def _differences(one: object, other: object, place: Place = ()) -> Iterator[tuple[str, str, str]]:
+    """Yield where the data of two protocols differ, and what each says there."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for name in dict.fromkeys([*one, *other]):
+            yield from _differences(one.get(name), other.get(name), (*place, str(name)))
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for number, (left, right) in enumerate(zip(one, other, strict=True)):
+            yield from _differences(left, right, (*place, number))
+    elif one != other:
+        said, had = (f"{len(side)} of them" if isinstance(side, list) else shown(side) for side in (one, other))
+        yield dotted(place), said, had
+
+
+def _run_all(
+    path: Path, out: Path, todo: Sequence[Point], progress: Callable[[float, str], None], jobs: int
+) -> Iterator[tuple[Point, End]]:
+    """Run points, and yield each as it is done, with its end."""
+    if jobs == 1:
+        for point in todo:
+            yield point, _run_one(path, out / point.label, point, progress)
+        return
+    with ProcessPoolExecutor(max_workers=jobs, mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(_run_one, path, out / point.label, point, _quiet): point for point in todo}
+        for one in as_completed(running):
+            yield running[one], one.result()
+
+
+def _run_one(path: Path, folder: Path, point: Point, progress: Callable[[float, str], None]) -> End:
+    """Run one point into its folder, or go on with it where it was cut off."""
+    if (folder / RECORD).exists():
+        return resume_run(folder, progress).outcome
+    return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
+
+
+def _quiet(_share: float, _text: str) -> None:
+    """Say nothing."""
+
+
+def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
+    """Return what a point came to, from its record."""
+    run = RunReader(folder / RECORD)
+    end, message = run.outcome.end, run.outcome.message
+    return PointResult(
+        point=point,
+        folder=folder,
+        outcome=end,
+        message=message,
+        figures=figures_of(run),
+        skipped=skipped,
+        crossings=run.crossings,
+    )
+
+
+def _table(points: Sequence[PointResult]) -> str:
+    """Return a table of all points as CSV: values, how each ended, every figure that any has."""
+    names = list(dict.fromkeys(f"{name} [{unit}]" for point in points for name, _, unit in point.figures))
+    text = io.StringIO()
+    writer = csv.writer(text)
+    values = list(points[0].point.values) if points else []
+    writer.writerow(["point", *values, "outcome", "message", *names])
+    for one in points:
+        found = {f"{name} [{unit}]": value for name, value, unit in one.figures}
+        figures = [found.get(name, "") for name in names]
+        given = [safe_cell(value) for value in one.point.values.values()]
+        writer.writerow([one.point.label, *given, one.outcome, safe_cell(one.message), *figures])
+    return text.getvalue()
+
+
+def safe_cell(value: Scalar) -> Scalar:
+    """Return a value as a cell that no spreadsheet takes for a formula; a quantity below 0 is none."""
+    if not isinstance(value, str) or _QUANTITY.fullmatch(value):
+        return value
+    return f"'{value}" if unicodedata.normalize("NFKC", value).lstrip().startswith(("=", "+", "-", "@")) else value
+
+
+def _plot(points: Sequence[PointResult], path: Path) -> Path:
+    """Plot stress over strain of all points that have rows, one panel an axis, from dark to light."""
+    from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    runs = [(one, RunReader(one.folder / RECORD)) for one in points]
+    drawn = [(one, run.size, curves_of(run)) for one, run in runs if len(run.trace)]
+    every = [curve for _, _, curves in drawn for curve in curves]
+    axes = tuple(dict.fromkeys(curve.axis for curve in every))
+    factor, unit = stress_unit([part.stress for curve in every for part in curve.parts])
+    figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")
+    panels = figure.subplots(1, max(len(axes), 1), squeeze=False)[0]
+    named: dict[Axis, set[str]] = {axis: set() for axis in axes}
+    for number, (one, _, curves) in enumerate(drawn):
+        colour = colormaps["viridis"](0.9 * number / max(len(drawn) - 1, 1))
+        for curve in curves:
+            panel = panels[axes.index(curve.axis)]
+            label: str | None = one.point.label if number < MOST_LABELS else None
+            for part in curve.parts:
+                draw_part(panel, part, factor, ls=STYLES[part.role], color=colour, lw=1.6, label=label)
+                label = None
+            draw_marks(panel, [curve], lambda mark: (100.0 * mark.strain, factor * mark.stress), named[curve.axis])
+    for axis, panel in zip(axes, panels, strict=False):
+        roles = [role for role in STYLES if any(role in curve.roles for curve in every if curve.axis == axis)]
+        words = ", ".join(f"{ROLE_LABELS[role]} {LINES[STYLES[role]]}" for role in roles if len(roles) > 1)
+        panel.set_title(f"{NAMES[axis]}{': ' * bool(words)}{words}", fontsize=11, loc="left")
+        panel.set_xlabel("effective strain [%]", fontsize=12)
+        panel.set_ylabel(stress_label(drawn[0][1], unit), fontsize=12)
+        panel.legend(frameon=False, fontsize=10, loc="upper left")
+    return finish(figure, list(panels), path)

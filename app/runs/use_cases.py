@@ -1,0 +1,250 @@
+"""Do what the doors ask for: run a protocol into a run folder, go on with a run that was killed."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Final
+
+from app.records.folder import RECORD
+from app.runs.runner import RunResult, as_ended, from_start, go_on, make_task, put_up
+from app.records.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.runs.compile_ahead import compiling_beside
+from app.views.drawing import draw_here
+from app.file_names import file_stem
+from app.records.folder import make_run_folder, remove_unfinished
+from app.records.layout import reaches
+from app.records.lock import locked
+from app.records.reader import RunReader
+from app.schemas import load, loads
+from app.runs.stopped import kept_in
+from knitlab_core.errors import FormatError, SpecificationError
+from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from app.runs.runner import Progress, Watch
+    from app.records.checkpoint import Saved
+    from app.views.drawing import Draw
+    from app.schemas import Loaded
+    from app.schemas.document import Data
+    from rigs.record import Outcome
+
+__all__ = ["RunResult", "has_ended", "resume_run", "run_loaded", "run_protocol"]
+
+RUNS: Final = Path("runs")
+
+FIRST_RUN: Final = (
+    "compiling the solver for this machine: takes about a minute, once; the result is kept for later runs\n"
+)
+
+EVERY_RUN: Final = "compiling the solver for this machine: takes about a minute\n"
+"""What is said where nothing can be kept."""
+
+
+def run_protocol(
+    path: Path,
+    out: Path | None,
+    progress: Progress,
+    *,
+    exact: bool = False,
+    chosen: Mapping[str, Data] | None = None,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
+) -> RunResult:
+    """Run a protocol: record, log, plot and pictures in a run folder.
+
+    Parameters
+    ----------
+    path : Path
+        The protocol file.
+    out : Path or None
+        Run folder to make, under the next free name; None for one under ``runs/``.
+    progress : callable
+        Told the share done [1] and what is being done.
+    exact : bool
+        Run in `out` itself, whatever else is in it but a run that can be gone on with.
+    chosen : Mapping, optional
+        Values for some of its parameters, in the place of its own.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When the run began, on the clock of `perf_counter` [s]; by itself now.
+
+    Returns
+    -------
+    RunResult
+        How it ended; a limit, an interrupt and a solver that gave up are outcomes, with their rows kept.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with the protocol, in one line.
+    SpecificationError
+        If there is a run in the exact folder.
+    """
+    loaded = load(path, chosen).one_test()
+    folder = RUNS / file_stem(loaded.protocol.name) if out is None else out
+    return run_loaded(loaded, folder, progress, exact=exact, draw=draw, began=began)
+
+
+def run_loaded(
+    loaded: Loaded,
+    out: Path,
+    progress: Progress,
+    watch: Watch | None = None,
+    *,
+    exact: bool = False,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
+) -> RunResult:
+    """Run a protocol that has been read; else as `run_protocol`.
+
+    Parameters
+    ----------
+    loaded : Loaded
+        The protocol.
+    out : Path
+        Run folder to make, under the next free name.
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium.
+    exact : bool
+        Run in `out` itself, whatever else is in it but a run that can be gone on with.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
+    """
+    began = perf_counter() if began is None else began
+    with _compiling():
+        rig, state = put_up(loaded)
+        with kept_in(out):
+            folder = _exactly(out) if exact else make_run_folder(out)
+        with kept_in(folder), locked(folder):
+            return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
+
+
+def resume_run(
+    run: Path,
+    progress: Progress,
+    watch: Watch | None = None,
+    *,
+    draw: Draw | None = draw_here,
+    began: float | None = None,
+) -> RunResult:
+    """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
+
+    Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
+    from the beginning in the same folder. A run that has ended is left as it is.
+
+    Parameters
+    ----------
+    run : Path
+        The run folder, or its ``run.h5``.
+    progress : callable
+        Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium from there.
+    draw : callable or None
+        Begins to draw the plot and the knit; None for no pictures.
+    began : float, optional
+        When it began, on the clock of `perf_counter` [s]; by itself now.
+
+    Returns
+    -------
+    RunResult
+        How it ended; without figures if it had ended before.
+
+    Raises
+    ------
+    FormatError
+        If the record is none, or the run was begun with other versions or numbers than there are now.
+    SpecificationError
+        If another process is at it.
+    """
+    began = perf_counter() if began is None else began
+    folder = _folder(run)
+    with kept_in(folder), locked(folder):
+        remove_unfinished(folder)
+        saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
+        record = _readable(folder / RECORD, saved)
+        if record is not None and record.outcome.end != "abort":
+            return as_ended(record, folder, saved, progress, draw=draw)
+        loaded = _as_begun(folder / RECORD, record, saved)
+        task = make_task(loaded, folder, began, progress, watch, draw=draw)
+        with _compiling():
+            if record is None:
+                _set_aside(folder / RECORD)
+            if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
+                sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
+                return from_start(task, *put_up(loaded))
+            require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
+            return go_on(task, saved)
+
+
+def has_ended(run: Path) -> Outcome | None:
+    """Return how a run ended; None if something of it is still to be done."""
+    folder = _folder(run)
+    if (folder / CHECKPOINT).exists():
+        return None
+    outcome = RunReader(folder / RECORD).outcome
+    return None if outcome.end == "abort" else outcome
+
+
+def _folder(run: Path) -> Path:
+    """Return the folder of a run, which may be named by its record too."""
+    return run.parent if run.name == RECORD else run
+
+
+@contextmanager
+def _compiling() -> Iterator[None]:
+    """Say that the first run takes longer, and compile in two processes where that can help."""
+    if cache_is_cold():
+        sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)
+    with compiling_beside():
+        yield
+
+
+def _exactly(folder: Path) -> Path:
+    """Make a folder, or take it as it is if there is no run in it, or one killed before its first row was whole."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = (folder / CHECKPOINT).exists()
+    with suppress(FileNotFoundError, FormatError):
+        RunReader(folder / RECORD)
+        found = True
+    if found:
+        raise SpecificationError("out", str(folder), "a folder without a run; `knitlab resume` goes on with one")
+    return folder
+
+
+def _readable(path: Path, saved: Saved | None) -> RunReader | None:
+    """Open a record; None if it cannot be read, but its checkpoint says what it was of."""
+    try:
+        return RunReader(path)
+    except (FormatError, FileNotFoundError):
+        if saved is None:
+            raise
+        return None
+
+
+def _set_aside(path: Path) -> None:
+    """Rename a record that cannot be read, so that a run from the beginning does not take its place."""
+    with suppress(FileNotFoundError):
+        path.replace(path.with_name(f"damaged-{path.name}"))
+
+
+def _as_begun(path: Path, record: RunReader | None, saved: Saved | None) -> Loaded:
+    """Read the protocol of a run again."""
+    if saved is not None:
+        origin = saved.origin
+        if record is not None and (record.protocol, record.materials) != (origin.protocol, origin.materials):
+            raise FormatError(path, 1, f"the record that {path.with_name(CHECKPOINT)} belongs to: another protocol")
+        return loads(origin.protocol, str(path), name=origin.name, materials=origin.materials)
+    if record is None:
+        raise FormatError(path, 1, "the record of a run")
+    return loads(record.protocol, str(path), name=str(record.provenance["name"]), materials=record.materials)

@@ -1,0 +1,258 @@
+"""Run one job in a process of its own: take the folder, run or go on, say how it ended.
+
+Kept light: the process imports this first, and the solver only once it holds the folder.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import signal
+import sys
+import threading
+import time
+import traceback
+from contextlib import suppress
+from multiprocessing import connection, parent_process
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.records.folder import RECORD
+from app.records.storage import fault_of
+from app.service.folder import JobFolder, LockedError, Result
+from app.service.jobs import Progress
+from app.service.row_file import RowFile, restore
+from knitlab_core.errors import FormatError, KnitlabError
+from knitlab_core.threads import use_threads
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from types import FrameType
+
+    from app.runs.use_cases import RunResult
+    from rigs.analysis.material_limits import MaterialLimit
+    from rigs.axes import Axis
+    from rigs.record import Equilibrium
+
+TROUBLE, STOPPED, LOCKED = 74, 75, 76
+"""Exit codes: this host cannot keep files; asked to stop, work kept; another process holds the folder."""
+
+_SECONDS_BETWEEN_REPORTS: Final = 0.2
+
+
+class StopAskedError(Exception):
+    """Carry the wish to stop out of the solver."""
+
+
+def work(folder: str, threads: int = 1) -> None:
+    """Work on a job until it ends or is stopped; the result, not the exit code, says how it went.
+
+    Parameters
+    ----------
+    folder : str
+        The job's folder.
+    threads : int
+        Threads of its solver.
+    """
+    use_threads(threads)
+    files = JobFolder(Path(folder))
+    os.setsid()  # Ctrl-C in the server's terminal is the server's business
+    _die_with_parent()
+    _work_in(files)
+
+
+def _work_in(files: JobFolder) -> None:
+    """Work in a job's folder; leave with one of the exit codes where the job has not ended."""
+    try:
+        _say_into(files.log)
+        with files.lock():
+            if files.result() is None:
+                _attempt(files)
+    except LockedError:
+        sys.exit(LOCKED)
+    except StopAskedError:
+        _log("stopped; what is done is kept")
+        sys.exit(STOPPED)
+    except (OSError, RuntimeError) as error:
+        if fault_of(error) is None:
+            raise
+        _log(f"cannot go on here: {error}")
+        sys.exit(TROUBLE)
+
+
+def _attempt(files: JobFolder) -> None:
+    """Run the job's test, from its checkpoint if it has one, and write the result."""
+    watch = _Watch(files)
+    # SIGINT too: whoever stops a whole group of processes sends it, and it is no end of the test.
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, watch.ask_to_stop)
+    _log(f"process {os.getpid()} begins")
+    try:
+        ended = _test(files, watch)
+    except StopAskedError:
+        raise
+    except KnitlabError as error:
+        _end(files, Result(end="error", message=str(error), failed=True))
+    except MemoryError:
+        _end(files, Result(end="memory", message="the system has no memory left", failed=True))
+    except BaseException as error:
+        if fault_of(error) is not None:
+            raise
+        # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
+        (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
+        sys.stderr.write(f"{type(error).__name__}: {error}\n")
+        raise SystemExit(1) from error
+    else:
+        failed = ended.outcome == "diverged"
+        _end(files, Result(end=ended.outcome, message=ended.message, failed=failed))
+
+
+def _test(files: JobFolder, watch: _Watch) -> RunResult:
+    """Do what is left of the test after earlier attempts; begin at the beginning if they came to nothing."""
+    from app.records.checkpoint import CHECKPOINT  # noqa: PLC0415
+    from app.runs.use_cases import resume_run, run_loaded  # noqa: PLC0415
+    from app.schemas import loads  # noqa: PLC0415
+    from app.views.drawing import draw_here  # noqa: PLC0415
+    from rigs.analysis.material_limits import limits_of  # noqa: PLC0415
+
+    spec = files.read_spec()
+    loaded = loads(spec.protocol, "protocol.yaml", name=spec.name, materials=spec.materials)
+    watch.limits = limits_of(loaded.protocol.specimen)
+    draw = draw_here if spec.pictures else None
+    if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
+        try:
+            over = _look_back(files, watch, going_on=(files.run / CHECKPOINT).exists())
+            ended = resume_run(files.run, watch.progress, watch.row, draw=draw)
+        except (FormatError, FileNotFoundError) as error:
+            # As after an upgrade: late is better than never.
+            _log(f"begins again: {error}")
+        else:
+            if not over:
+                _log(f"the test ended: {ended.outcome}")
+            return ended
+    shutil.rmtree(files.run, ignore_errors=True)
+    ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
+    _log(f"the test ended: {ended.outcome}")
+    return ended
+
+
+def _look_back(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
+    """Say how far earlier attempts came, and tell whether to the end of the test."""
+    from app.records.reader import RunReader  # noqa: PLC0415
+
+    record = RunReader(files.run / RECORD)
+    restore(files.rows_file, record)
+    watch.crossings = {one.limit.name: one.data() for one in record.crossings}
+    over = record.outcome.end != "abort"
+    if over:
+        _log("its test has ended; the files are left to make")
+    elif going_on:
+        _log("goes on from its checkpoint")
+    return over
+
+
+def _end(files: JobFolder, result: Result) -> None:
+    """Say how the job ended: the result first, so that one killed in between does not end twice."""
+    files.write_result(result)
+    _log(f"{'failed' if result.failed else 'done'}: {result.end}{': ' if result.message else ''}{result.message}")
+
+
+class _Watch:
+    """Write down rows and progress as they come; raise once somebody wants the job to stop."""
+
+    def __init__(self, files: JobFolder) -> None:
+        self._files = files
+        self._stop = False
+        self.limits: Sequence[MaterialLimit] = ()
+        self.crossings: dict[str, dict[str, Any]] = {}
+        self._began = time.monotonic()
+        self._ran_before = files.ran()
+        self._reported = 0.0
+        self._first_share: float | None = None
+        self._last = Progress()
+        self._rows: RowFile | None = None
+        self._phase = ""
+
+    def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
+        """Take note of the signal; the solver is left at the next report."""
+        self._stop = True
+
+    def row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
+        """Write down an equilibrium."""
+        if self._rows is None:
+            self._rows = RowFile(self._files.rows_file, number)
+        self._rows.append(number, row, strain)
+        self._note_limits(number, row, strain)
+        self._last = Progress(strain=_plain(strain), force=_plain(row.force), rows=number + 1)
+        if self._phase != (phase := f"{row.phase} {row.cycle}"):
+            self._phase = phase
+            _log(f"row {number}: {phase}")
+
+    def _note_limits(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
+        """Take down the limits of the material that a row is the first to pass."""
+        for limit in self.limits:
+            if row.fibre_strain > limit.strain and limit.name not in self.crossings:
+                crossing = limit.crossed(number, row, strain)
+                self.crossings[limit.name] = crossing.data()
+                _log(f"row {number}: beyond strength: {crossing}")
+
+    def progress(self, share: float, text: str) -> None:
+        """Report how far the job is, now and then, and at the end."""
+        if self._stop:
+            raise StopAskedError
+        now = time.monotonic()
+        if now - self._reported < _SECONDS_BETWEEN_REPORTS and share < 1.0:
+            return
+        self._reported, spent = now, now - self._began
+        if self._first_share is None:
+            self._first_share = share
+        gone = share - self._first_share
+        progress = Progress(
+            share=share,
+            text=text,
+            strain=self._last.strain,
+            force=self._last.force,
+            seconds_left=spent * (1.0 - share) / gone if gone > 0.0 else None,
+            rows=self._last.rows,
+            crossings=tuple(self.crossings.values()),
+        )
+        self._files.write_progress(progress, self._ran_before + spent)
+
+
+def _say_into(log: Path) -> None:
+    """Send whatever this process prints to the job's log."""
+    descriptor = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+    for stream in (1, 2):
+        os.dup2(descriptor, stream)
+    os.close(descriptor)
+    sys.stdout = sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+
+
+def _log(text: str) -> None:
+    with suppress(OSError):  # no job fails for want of room for a line
+        sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
+
+
+def _die_with_parent() -> None:
+    """End with the supervisor: nobody would watch this process any more.
+
+    The parent by kinship is the fork server, so the supervisor's end shows on a pipe only. Its hang-up sends
+    SIGIO, whose default is to die: that works while a kernel keeps the interpreter from running.
+    """
+    parent = parent_process()
+    if parent is None:
+        return
+    pipe = parent.sentinel
+    if sys.platform == "linux":
+        signal.signal(signal.SIGIO, signal.SIG_DFL)
+        fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
+        if connection.wait([pipe], timeout=0.0):
+            os._exit(LOCKED)
+    else:
+        threading.Thread(target=lambda: (connection.wait([pipe]), os._exit(LOCKED)), daemon=True).start()
+
+
+def _plain(values: Mapping[Axis, float]) -> dict[str, float]:
+    return {str(axis): value for axis, value in values.items()}

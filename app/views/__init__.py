@@ -1,0 +1,1 @@
+"""What people look at: curves, renders of the knit, SEM images, tables."""

@@ -1,0 +1,106 @@
+"""Draw the pictures of a run: in this process, or in one that starts early and imports while the test goes on."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Final
+
+from app import beside
+from app.records.reader import RunReader
+
+if TYPE_CHECKING:
+    import subprocess
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+    from types import TracebackType
+    from typing import Self
+
+    Draw = Callable[[Path, str], Callable[[], str]]
+
+IDLE_SECONDS: Final = 120.0
+"""Time that a process which is ready to draw waits for a record [s]; it does not hold memory through a long test."""
+
+
+def draw_pictures(record: Path, name: str) -> str:
+    """Draw the plot and the knit of a record that has rows, into its folder.
+
+    Parameters
+    ----------
+    record : Path
+        ``run.h5``.
+    name : str
+        What the names of the files begin with.
+
+    Returns
+    -------
+    str
+        A note if VTK did not paint; else empty.
+    """
+    from app.views.plots import stress_strain_plot  # noqa: PLC0415
+    from app.views.renders import knit_frames  # noqa: PLC0415 (matplotlib: only where something is drawn)
+
+    run = RunReader(record)
+    stress_strain_plot(run, record.with_name(f"{name}_stress_strain.png"))
+    return knit_frames(run, record.with_name(f"{name}_knit.png")).note
+
+
+def draw_here(record: Path, name: str) -> Callable[[], str]:
+    """Return a function that draws in this process, as `draw_pictures` does."""
+    return lambda: draw_pictures(record, name)
+
+
+class Drawer:
+    """A process that draws the pictures of one run; where it fails or has left, this process draws.
+
+    It starts at once, so that it imports while the test goes on. It ends when it has drawn, when nothing came to
+    draw for `IDLE_SECONDS`, and when this process ends, however that comes about: then its input ends.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = beside.start("app.views.drawing_process")
+
+    def __call__(self, record: Path, name: str) -> Callable[[], str]:
+        """Begin to draw; return a function that waits for the end of it and gives the note of `draw_pictures`."""
+        asked = json.dumps([str(record.absolute()), name]).encode() + b"\n"
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(OSError):  # it has left: the answer will be empty
+                self._process.stdin.write(asked)
+                self._process.stdin.flush()
+
+        def wait() -> str:
+            answer = self._answer()
+            return str(json.loads(answer)) if answer.endswith(b"\n") else draw_pictures(record, name)
+
+        return wait
+
+    def _answer(self) -> bytes:
+        """Return the line that the process writes when it has drawn; empty if it ends without."""
+        process = self._process
+        answer = b"" if process is None or process.stdout is None else process.stdout.readline()
+        self.close()
+        return answer
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            beside.end(process)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+@contextmanager
+def drawer(*, wanted: bool) -> Iterator[Draw | None]:
+    """Lend a process that draws, as long as the block lasts; None if no pictures are wanted."""
+    if not wanted:
+        yield None
+        return
+    with Drawer() as process:
+        yield process

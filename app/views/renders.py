@@ -1,0 +1,297 @@
+"""Draw the knit: its real tube, coloured by a value, to scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from app.records.folder import whole_file
+from app.views.cameras import FROM_ABOVE, view_of
+from app.views.curves import prefixed
+from app.views.painters import fit_window, paint_lines, vtk_images
+from app.views.plots import BEYOND, NAMES
+from app.views.tubes import Tube, tube
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from app.records.reader import RunReader
+    from app.views.cameras import View
+    from knitlab_core.knits import Specimen
+    from rigs.axes import FloatArray
+    from rigs.record import Frame
+
+AXIAL = "axial strain of the yarn [%]"
+#: Light to dark, and from both sides of zero for values with signs; both sound for colour-blind readers.
+HEIGHTS = "YlGnBu"
+SIGNED = "coolwarm"
+DPI = 200
+MARK = 0.2
+MARK_SLACK = 0.005
+#: Frames at whole strains between the first and the peak, about.
+MOST_MARKS = 4
+#: Edges between two marks of a fibre that is strained too much.
+PEAK_DISTANCE = 8
+#: Least range of the colours [%]: what is less is the noise of rounding.
+LEAST_STRAIN = 0.01
+WIRE_COLOUR = "#8a8a8a"
+SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "course-": "#56B4E9"} | {
+    "pile+": "#009E73",
+    "pile-": "#66C9A8",
+}
+
+
+class Picture(NamedTuple):
+    """Say where a picture is and, if VTK did not paint it, why not."""
+
+    path: Path
+    note: str
+
+
+def knit_frames(run: RunReader, path: Path) -> Picture:
+    """Draw the knit on its way to the largest strain: first, middle, peak and every 20 %, on one scale.
+
+    Where a fibre is strained beyond a limit of its material the title says so, and crosses mark the spots.
+
+    Parameters
+    ----------
+    run : RunReader
+        A run with frames.
+    path : Path
+        Where the PNG shall stand.
+
+    Returns
+    -------
+    Picture
+        The path, and a note if VTK did not paint it.
+
+    Raises
+    ------
+    SpecificationError
+        If the run kept no frame.
+    """
+    frames = marked_frames(run.frames())
+    if not frames:
+        raise SpecificationError("run.frames", 0, "at least one frame to draw")
+    view = view_of(volumetric=run.size.convention == "specimen")
+    tubes = [
+        tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius, strands=run.strands)
+        for frame in frames
+    ]
+    limit = min((crossing.limit for crossing in run.crossings), key=lambda one: one.strain, default=None)
+    titles = [_strain_title(frame) for frame in frames]
+    spots = [beyond(frame, run.strands, limit.strain) if limit is not None else [] for frame in frames]
+    if limit is not None:
+        titles = [
+            f"{title}\n× beyond the {limit.text}" if at else title for title, at in zip(titles, spots, strict=True)
+        ]
+    figure, note = draw(tubes, titles, AXIAL, signed=True, view=view)
+    for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
+        _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
+        for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
+            axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
+    return Picture(_save(figure, path), note)
+
+
+def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
+    """Pick the first frame, the peak, and between them those at whole 20 % of strain, or the one nearest the middle.
+
+    The peak is the first frame at the largest strain of any axis, in tension or compression.
+    """
+    if not frames:
+        return ()
+    size = [max((abs(value) for value in frame.strain.values()), default=0.0) for frame in frames]
+    last = int(np.argmax(np.array(size) >= max(size) - 1e-9))
+    marks = {0: 0, last: 1}
+    step = MARK * max(1, round(size[last] / (MARK * MOST_MARKS)))
+    for number in range(1, last):
+        share = size[number] / step
+        # Beside the first and the peak another one would look the same.
+        inner = MARK_SLACK < size[number] < size[last] - MARK_SLACK
+        if inner and abs(share - round(share)) * step <= MARK_SLACK and round(share) * step not in marks.values():
+            marks[number] = round(share) * step  # type: ignore[assignment]
+    if not any(abs(size[number] - 0.5 * size[last]) < 0.25 * size[last] for number in marks) and last > 1:
+        marks[min(range(1, last), key=lambda number: abs(size[number] - 0.5 * size[last]))] = -1
+    return tuple(frames[number] for number in sorted(marks))
+
+
+def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
+    """Return the nodes where a fibre's surface is strained beyond a limit [1]: the peaks, not all between them."""
+    from scipy.signal import find_peaks  # noqa: PLC0415 (only where a limit was passed)
+
+    strain = np.nan_to_num(np.abs(frame.axial_strain) + frame.bending_strain)
+    nodes: list[int] = []
+    first = 0
+    for strand, count in enumerate(strands):
+        edges = strain[first - strand : first - strand + count - 1]
+        # A peak may be at an end of the strand.
+        peaks, _ = find_peaks(np.pad(edges, 1), height=limit, distance=PEAK_DISTANCE)
+        nodes += (first + peaks - 1).tolist()
+        first += count
+    return nodes
+
+
+def specimen_picture(specimen: Specimen, path: Path) -> Picture:
+    """Draw a specimen as it was made, coloured by height, with its boundary sites.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        Nodes, radius and site sets.
+    path : Path
+        Where the PNG shall stand.
+
+    Returns
+    -------
+    Picture
+        The path, and a note if VTK did not paint it.
+    """
+    layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
+    title = (
+        f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {_length(specimen.loop_width)}, "
+        f"fibre radius {_length(specimen.radius)}\n"
+        f"yarn {_length(specimen.yarn_length)}, narrowest gap {_length(specimen.clearance)}"
+    )
+    heights = np.asarray(specimen.nodes)[:, 2]
+    factor, letter = prefixed(float(np.ptp(heights)), least=0.1)
+    heights = factor * heights
+    view = view_of(volumetric="pile+" in specimen.sites)
+    strands = [len(strand) for strand in specimen.strands]
+    seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
+    figure, note = draw([seen], [title], f"height z [{letter}m]", view=view)
+    axes = figure.axes[0]
+    # A knit with hundreds of sites must still be seen behind them.
+    size = min(7.0, 60.0 / np.sqrt(sum(len(indices) for indices in specimen.sites.values())))
+    for name, indices in specimen.sites.items():
+        x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
+        colour = SITE_COLOURS.get(name, "black")
+        axes.plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
+    return Picture(_save(figure, path), note)
+
+
+def draw(
+    tubes: Sequence[Tube], titles: Sequence[str], label: str, *, signed: bool = False, view: View = FROM_ABOVE
+) -> tuple[Figure, str]:
+    """Draw tubes side by side on one scale of colour and length.
+
+    Parameters
+    ----------
+    tubes : sequence of Tube
+        What to draw.
+    titles : sequence of str
+        One per tube.
+    label : str
+        Words beside the colour bar.
+    signed : bool
+        Whether values have signs, and their colours part at zero.
+    view : View
+        How the tubes were turned to the eye.
+
+    Returns
+    -------
+    figure : Figure
+        Its first axes are the tubes'.
+    note : str
+        Why VTK did not paint; empty if it did.
+    """
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - imported when a picture is wanted
+    from matplotlib.colors import Normalize  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    window = fit_window(tubes)
+    width, height = window[1] - window[0], window[3] - window[2]
+    colours = SIGNED if signed else HEIGHTS
+    (low, high), limits = colour_limits(np.concatenate([one.values for one in tubes]), signed=signed)
+    scale = ScalarMappable(Normalize(*limits), colours)
+    panel = 4.6 if len(tubes) > 1 else 6.2
+    heading = 0.7 + 0.3 * max(title.count("\n") for title in titles)
+    figure = Figure(figsize=(panel * len(tubes) + 1.4, panel * height / width + heading), layout="constrained")
+    row = list(np.atleast_1d(figure.subplots(1, len(tubes), sharey=True)))
+    for axes, title in zip(row, titles, strict=True):
+        _dress(axes, title, window)
+        view.dress(axes)
+    for axes in row[1:]:
+        axes.set_ylabel("")
+    bar = figure.colorbar(scale, cax=row[-1].inset_axes((1.03, 0.0, 0.035, 1.0)))
+    bar.ax.set_ylim(low, high)
+    bar.set_label(label, fontsize=12)
+    _fit_units(row, max(width, height))
+    # Laid out now, so that an image has the pixels its place on the page has.
+    figure.draw_without_rendering()
+    pixels = DPI * row[0].get_position().width * figure.get_figwidth() / width
+    images = vtk_images(tubes, window, pixels=pixels, limits=limits, colours=colours)
+    if isinstance(images, str):
+        for axes, one in zip(row, tubes, strict=True):
+            paint_lines(axes, one, window, scale)
+        return figure, f"drawn with matplotlib: {images}"
+    for axes, image in zip(row, images, strict=True):
+        axes.imshow(image, extent=window, interpolation="nearest", zorder=2)
+    return figure, ""
+
+
+def colour_limits(values: FloatArray, *, signed: bool) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of the colour bar, and the values of the first and the last colour of its map.
+
+    Of values with signs zero has the middle colour, and the same distance from it the same strength of colour.
+    """
+    low, high = (float(value) for value in np.percentile(values, [0.2, 99.8]))
+    if not signed:
+        return (low, max(high, low + 1e-6)), (low, max(high, low + 1e-6))
+    low, high = min(low, 0.0), max(high, 0.0)
+    if high - low < LEAST_STRAIN:
+        low, high = -LEAST_STRAIN, LEAST_STRAIN
+    size = max(-low, high)
+    return (low, high), (-size, size)
+
+
+def _fit_units(row: Sequence[Axes], extent: float) -> None:
+    """Write lengths in the unit that suits an extent [mm]."""
+    factor, letter = prefixed(1e-3 * extent)
+    if letter == "m":
+        return
+    for axes in row:
+        for one in (axes.xaxis, axes.yaxis):
+            one.set_major_formatter(lambda value, _: f"{1e-3 * factor * value:g}".replace("-", "\N{MINUS SIGN}"))
+            one.set_label_text(one.get_label_text().replace("[mm]", f"[{letter}m]"))
+
+
+def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) -> None:
+    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
+    axes.set_title(title, fontsize=13)
+    axes.tick_params(length=3, labelsize=10)
+    for side in axes.spines.values():
+        side.set_color("#bbbbbb")
+
+
+def _length(value: float) -> str:
+    """Write a length [m] in the unit that suits it."""
+    factor, letter = prefixed(value, least=0.1)
+    return f"{factor * value:.3g} {letter}m"
+
+
+def _add_wires(axes: Axes, middles: FloatArray, radius: float) -> None:
+    """Draw wires, which stand upright and are as thick as the yarn, as grey discs about their middles (W, 3) [m]."""
+    from matplotlib.patches import Circle  # noqa: PLC0415
+
+    for x, y, _ in 1e3 * middles:
+        axes.add_patch(Circle((x, y), 1e3 * radius, facecolor=WIRE_COLOUR, edgecolor="black", linewidth=0.5, zorder=3))
+
+
+def _strain_title(frame: Frame) -> str:
+    shares = {NAMES[axis]: f"{100 * value:.0f} %".replace("-0 %", "0 %") for axis, value in frame.strain.items()}
+    if len(set(shares.values())) == 1 and len(shares) > 1:
+        return f"strain {next(iter(shares.values()))}"
+    return "strain: " + ", ".join(f"{name} {share}" for name, share in shares.items())
+
+
+def _save(figure: Figure, path: Path) -> Path:
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, dpi=DPI, facecolor="white")
+    return path

@@ -1,0 +1,169 @@
+"""Show plans, specimens and results in a terminal, or as JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from rich.console import Console
+from rich.table import Table
+
+from app.checks.budget import loops_of
+from app.views.labels import ELASTIC, beyond_elastic, yarn_label
+from knitlab_core.knits import Filament, locking_strain, yarn_per_loop
+from knitlab_core.materials import DEFAULT_FRICTION
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from app.checks.dry_run import SpecimenFacts
+    from app.records.results import Figure
+    from knitlab_core.materials import Material, Value
+    from rigs.analysis.material_limits import LimitCrossing
+    from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
+    from rigs.step_record import StepRecord
+
+_MOST_LINES: Final = 40
+
+
+def print_json(data: object) -> None:
+    """Print an object as JSON to stdout."""
+    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
+    """Return a specimen as plain data, SI units."""
+    spec = protocol.specimen
+    return {
+        "knit": spec.knit if isinstance(spec.knit, str) else asdict(spec.knit),
+        "rows": spec.rows,
+        "loops": spec.loops,
+        "layers": spec.layers,
+        "loop_width_m": spec.loop_width,
+        "material": spec.substance.name,
+        "friction": spec.friction,
+        "yarn": yarn_label(spec),
+        "beyond_elastic": beyond_elastic(spec),
+        "nodes": facts.nodes,
+        "yarn_length_m": facts.yarn_length,
+        "fibre_radius_m": facts.fibre_radius,
+        "clearance_m": facts.clearance,
+        "gauge_lengths_m": dict(facts.gauge_lengths),
+        "locking_strain": facts.locking_strain,
+    }
+
+
+def figures_data(figures: Sequence[Figure]) -> list[dict[str, Any]]:
+    """Return figures as plain data."""
+    return [{"name": name, "value": value, "unit": unit} for name, value, unit in figures]
+
+
+def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
+    """Print what is known of the specimen."""
+    spec = protocol.specimen
+    material = spec.substance
+    knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
+    knit = "no knit: a straight filament" if isinstance(spec.knit, Filament) else knit
+    assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
+    table = Table.grid(padding=(0, 2))
+    count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
+    mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
+    budget = "none: a filament has no loops" if isinstance(spec.knit, Filament) else _loop_budgets(spec)
+    if facts.locking_strain is not None:
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
+    for name, text in (
+        ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
+        ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
+        ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
+        ("friction", f"{spec.friction:g}{assumed}"),
+        (
+            "yarn",
+            f"{facts.yarn_length:.4g} m, radius in contact {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes",
+        ),
+        ("fibres", yarn_label(spec)),
+        ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
+        ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
+        ("arc-length budget", budget),
+        *(beyond_elastic(spec) or {"beyond elastic": ELASTIC}).items(),
+    ):
+        table.add_row(name, text)
+    console_of().print(table)
+
+
+def _loop_budgets(spec: SpecimenSpec) -> str:
+    """Say when the loops of a volumetric knit have used up their yarn."""
+    ends = [f"{axis} loops {locking_strain(loop, yarn_per_loop(loop)):.1%}" for axis, loop in loops_of(spec).items()]
+    return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
+
+
+def print_crossings(found: Sequence[LimitCrossing]) -> None:
+    """Print where limits of the material were passed."""
+    for crossing in found:
+        console_of().print(f"beyond strength: {crossing}", soft_wrap=True)
+
+
+def print_steps(steps: Sequence[StepRecord]) -> None:
+    """Print how the steps ended."""
+    if not steps:
+        return
+    table = Table("step", "tag", "from", "to", "end", "message")
+    for step in steps[:_MOST_LINES]:
+        times = (f"{step.start:.4g} s", f"{step.time:.4g} s")
+        table.add_row(step.place.removeprefix("steps"), step.tag or "", *times, step.end, step.message)
+    console_of().print(table)
+    if len(steps) > _MOST_LINES:
+        console_of().print(f"... and {len(steps) - _MOST_LINES} steps more")
+
+
+def print_figures(figures: Sequence[Figure]) -> None:
+    """Print figures."""
+    if not figures:
+        return
+    table = Table("figure", "value", "unit")
+    for name, value, unit in figures:
+        table.add_row(name, f"{value:.4g}", unit)
+    console_of().print(table)
+
+
+def materials_data(known: Mapping[str, Material]) -> dict[str, Any]:
+    """Return materials as plain data, SI units, each number with its source."""
+    return {name: asdict(material) for name, material in known.items()}
+
+
+def print_materials(known: Mapping[str, Material]) -> None:
+    """Print every number of every material with its source."""
+    table = Table("material", "number", "value")
+    table.add_column("source", overflow="fold")  # a DOI is one long word
+    for name, material in known.items():
+        first = name
+        for number, value in _numbers(material):
+            table.add_row(first, number, str(value), value.source)
+            first = ""
+        if material.note:
+            table.add_row("", "note", "", material.note)
+    console_of().print(table)
+
+
+def _numbers(material: Material) -> list[tuple[str, Value]]:
+    """Return the numbers of a material that are known, under the words of a table."""
+    single = {
+        "Young's modulus": material.young_modulus,
+        "Poisson's ratio": material.poisson_ratio,
+        "strength": material.strength,
+        "elongation at break": material.elongation_at_break,
+        "density": material.density,
+    }
+    terms = [
+        (f"{word} {number}", value)
+        for number, term in enumerate(material.relaxation, 1)
+        for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
+    ]
+    return [(word, value) for word, value in single.items() if value is not None] + terms
+
+
+def console_of() -> Console:
+    """Return a console that writes plain text where it is piped."""
+    return Console(highlight=False, markup=False)
