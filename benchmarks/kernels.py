@@ -13,6 +13,7 @@ from app.schemas import load
 from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PROTOCOL
 from knitlab_core.equilibrium import march
+from knitlab_core.equilibrium.coupling import load_coupling
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.record import Equilibrium
@@ -55,9 +56,9 @@ def parts(work: Workspace, state: State) -> dict[str, Callable[[], object]]:
     work.start_step(state.q, frames, state.memory, state.bonds.hold, state.poles)
 
     def factor() -> None:
-        work.assemble(state.q, frames)
+        work.assemble()
         began = perf_counter()
-        work.factor()
+        work.stiffness.factor()
         seconds.append(perf_counter() - began)
 
     seconds: list[float] = []
@@ -66,12 +67,12 @@ def parts(work: Workspace, state: State) -> dict[str, Callable[[], object]]:
         "energy": lambda: work.energy(q, frames),
         "place": lambda: work.move_to(state.q, frames),
         "take loads": work.lag,
-        "gradient": lambda: work.gradient(state.q, frames),
-        "assemble": lambda: work.assemble(state.q, frames),
+        "gradient": work.gradient,
+        "assemble": work.assemble,
         "assemble and factor": factor,
-        "solve": lambda: work.solve(step),
-        "load coupling": lambda: work.load_coupling(step),
-        "room": lambda: work.room(state.q, step, 0.8),
+        "solve": lambda: work.stiffness.solve(step),
+        "load coupling": lambda: load_coupling(work, step),
+        "room": lambda: work.contacts.collision_free_fraction(state.q, step, 0.8),
     }
 
 

@@ -80,8 +80,10 @@ def pulled(size: int, strain: float) -> System:
     for _, end, _ in march(work, state, path, longest=0.25):
         state = end
     work.start_step(state.q, state.frames, state.memory)
-    work.assemble(state.q, state.frames)
-    return shifted(f"volumetric {size}x{size}x{size}, {strain:.0%}", work.pattern, work.blocks, state, model)
+    work.assemble()
+    return shifted(
+        f"volumetric {size}x{size}x{size}, {strain:.0%}", work.stiffness.pattern, work.stiffness.blocks, state, model
+    )
 
 
 def printed(size: int, skin: float) -> System:

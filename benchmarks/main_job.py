@@ -73,7 +73,7 @@ def at_strain(strain: float) -> tuple[Rig, FloatArray]:
 def stiffness() -> tuple[Pattern, FloatArray]:
     """Return pattern and blocks of the free stiffness on the way up at 33 % strain."""
     stage, _ = at_strain(0.33)
-    return stage.work.pattern, stage.work.blocks
+    return stage.work.stiffness.pattern, stage.work.stiffness.blocks
 
 
 def first_row() -> float:

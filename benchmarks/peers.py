@@ -10,6 +10,7 @@ A peer that is not installed is named and left out. One thread each; times are t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from math import pi
@@ -20,6 +21,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.linear_solvers import System, compare, milliseconds, printed
 from benchmarks.main_job import at_strain, stiffness
+from knitlab_core.contact.friction import Memory
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knitlab_core.arrays import FloatArray, IndexArray
-    from knitlab_core.contact.law import ContactLaw
 
 STRAIN: Final = 0.33
 MU: Final = 0.3
@@ -90,16 +91,20 @@ def contact() -> list[Line]:
     case = f"contact of the planar 6x6, {100.0 * STRAIN:.0f} %"
     active = int(np.count_nonzero(contacts.state.load))
 
-    def timed(law: ContactLaw) -> tuple[float, float]:
+    def timed(work: Workspace) -> tuple[float, float]:
         gradient = np.zeros((len(model.fixed), 4))
+        work.assemble()
         return (
-            least(lambda: contacts.add_gradient(law, gradient)),
-            least(lambda: contacts.add_hessian(law, 1.0, work.pattern, work.blocks)),
+            least(lambda: work.contacts.add_gradient(gradient)),
+            least(lambda: work.contacts.add_hessian(1.0, work.stiffness.blocks)),
         )
 
+    smooth = Workspace(replace(model, law=model.law._replace(friction=0.0)))
+    smooth.start_step(work.rods.q, work.rods.frames, Memory.empty())
+
     lines = [
-        _per_contact(case, "knitlab, normal", active, *timed(model.law._replace(friction=0.0))),
-        _per_contact(case, "knitlab, and friction", active, *timed(model.law)),
+        _per_contact(case, "knitlab, normal", active, *timed(smooth)),
+        _per_contact(case, "knitlab, and friction", active, *timed(work)),
     ]
     if not find_spec("ipctk"):
         return [*lines, *missing("ipctk", "ipctk", case)]
@@ -217,7 +222,7 @@ def _drag_quasistatic(steps: int) -> float:
     model.fixed[:n, 3] = True  # the rod slides, it must not roll
     model.fixed[middle, :2] = True
     work = Workspace(model)
-    work.loads[middle, 2] = -2.0 * PRESS / 3.0
+    work.dead.loads[middle, 2] = -2.0 * PRESS / 3.0
     found, report = advance(work, state, state.q)
     if found is None:
         msg = f"no equilibrium under the dead load: {report}"

@@ -18,8 +18,8 @@ from app.records.h5_read import reading
 from app.records.h5_tree import fetch, store
 from app.records.seal import seal
 from app.records.staged_file import new_hdf5
-from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.solver_state import SolverState
 from knitlab_core.errors import FormatError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
@@ -146,7 +146,7 @@ def save(path: Path, saved: Saved) -> None:
             file.attrs["layout"] = LAYOUT
             file["plain"] = json.dumps(plain)
             store(file.create_group("state"), saved.checkpoint.state)
-            store(file.create_group("carried"), saved.checkpoint.carried)
+            store(file.create_group("solver_state"), saved.checkpoint.solver_state)
             file["mounted"] = saved.checkpoint.mounted
             file["severed"] = np.array(saved.checkpoint.severed, dtype=np.int64)
         seal(temporary)
@@ -169,7 +169,7 @@ def read_checkpoint(path: Path) -> Saved:
             checkpoint=Checkpoint(
                 cursor=_cursor(plain["cursor"]),
                 state=fetch(file["state"], State),
-                carried=fetch(file["carried"], Carried),
+                solver_state=fetch(file["solver_state"], SolverState),
                 mounted=file["mounted"][()],
                 severed=tuple(int(edge) for edge in file["severed"][()]),
             ),

@@ -1,6 +1,7 @@
 """Compile a share of the kernels in a second process, while a first run compiles the others.
 
-``python -m app.runs.compile_ahead`` is that process. What it compiles reaches the first one through the cache on the disk.
+``python -m app.runs.compile_ahead`` is that process. What it compiles reaches the first one through the cache on the
+disk.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ import platform
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Final
 
-from app.views.labels import beyond_elastic, yarn_label
 from app.version import version_of
+from app.views.labels import beyond_elastic, yarn_label
 from knitlab_core.materials import DEFAULT_FRICTION, Value
 from rigs.machines.machine import Datum
 

@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from app.checks.dry_run import build_specimen, fitted_machines
+from app.file_names import file_stem
 from app.records.checkpoint import CHECKPOINT, Keeper, Origin
 from app.records.export import export_logs
-from app.records.results import run_figures, with_wall_time
-from app.file_names import file_stem
-from app.runs.interrupts import interrupts_held
-from app.runs.journal import TESTED, Journal
-from app.runs.provenance import provenance
 from app.records.folder import RECORD
 from app.records.layout import make_record
 from app.records.reader import RunReader
+from app.records.results import run_figures, with_wall_time
+from app.records.seal import seal, sealed_size
 from app.records.writer import RunWriter
+from app.runs.interrupts import interrupts_held
+from app.runs.journal import TESTED, Journal
+from app.runs.provenance import provenance
 from app.schemas import loads
 from app.schemas.defaults import shown_defaults
-from app.records.seal import seal, sealed_size
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.material_limits import limits_of
 from rigs.control.checkpoint import restore
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.records.checkpoint import Saved
-    from app.views.drawing import Draw
     from app.records.results import Figure
     from app.schemas import Loaded
+    from app.views.drawing import Draw
     from knitlab_core.equilibrium.model import State
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis, IntArray
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
 
     Progress = Callable[[float, str], None]
     Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
-
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,17 +11,16 @@ from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Final
 
-from app.records.folder import RECORD
-from app.views.curves import curves_of, stress_unit
-from app.records.results import figures_of
-from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, stress_label
-from app.records.folder import write_whole
+from app.records.folder import RECORD, write_whole
 from app.records.reader import RunReader
+from app.records.results import figures_of
+from app.runs.use_cases import has_ended, resume_run, run_protocol
 from app.schemas import load_sweep, loads, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
+from app.views.curves import curves_of, stress_unit
+from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, stress_label
 from app.views.sweep_plots import plot_figure
-from app.runs.use_cases import has_ended, resume_run, run_protocol
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:

@@ -8,29 +8,28 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Final
 
-from app.records.folder import RECORD
-from app.runs.runner import RunResult, as_ended, from_start, go_on, make_task, put_up
-from app.records.checkpoint import CHECKPOINT, read_checkpoint, require_same
-from app.runs.compile_ahead import compiling_beside
-from app.views.drawing import draw_here
 from app.file_names import file_stem
-from app.records.folder import make_run_folder, remove_unfinished
+from app.records.checkpoint import CHECKPOINT, read_checkpoint, require_same
+from app.records.folder import RECORD, make_run_folder, remove_unfinished
 from app.records.layout import reaches
 from app.records.lock import locked
 from app.records.reader import RunReader
-from app.schemas import load, loads
+from app.runs.compile_ahead import compiling_beside
+from app.runs.runner import RunResult, as_ended, from_start, go_on, make_task, put_up
 from app.runs.stopped import kept_in
+from app.schemas import load, loads
+from app.views.drawing import draw_here
 from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from app.runs.runner import Progress, Watch
     from app.records.checkpoint import Saved
-    from app.views.drawing import Draw
+    from app.runs.runner import Progress, Watch
     from app.schemas import Loaded
     from app.schemas.document import Data
+    from app.views.drawing import Draw
     from rigs.record import Outcome
 
 __all__ = ["RunResult", "has_ended", "resume_run", "run_loaded", "run_protocol"]

@@ -10,6 +10,7 @@ without drag is accepted.
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.coupling import coupled_step
 from knitlab_core.equilibrium.newton import COUPLED, FAR, Options, Report, force_scale
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
@@ -35,13 +36,13 @@ def continue_to_rest(
 
     Parameters and results are those of `newton.equilibrate`; the way to the result may pass a snap.
     """
-    model = work.model
+    model, stiffness = work.model, work.stiffness
     free = ~model.fixed
     other = frames.copy()
     drag, iteration = FIRST_DRAG, 0
     work.move_to(q, frames)
     contacts = work.lag()
-    gradient = work.gradient(q, frames)
+    gradient = work.gradient()
     while True:
         residual = gradient * free
         worst = int(np.argmax(np.abs(residual)))
@@ -57,28 +58,28 @@ def continue_to_rest(
         if report.converged or iteration >= MOST_ITERATIONS * options.max_iterations or not np.isfinite(relative):
             return q, frames, gradient, report
         iteration += 1
-        work.count_iteration()
-        work.assemble(q, frames, contacts=1.0 if relative < FAR else 0.0)
+        work.clock.iterations += 1
+        work.assemble(exact=1.0 if relative < FAR else 0.0)
         if motion is not None:
-            work.keep_pull(motion)
-        if not work.factor(drag):
+            stiffness.pull(motion)
+        if not stiffness.factor(drag):
             return q, frames, gradient, report
-        drag = work.shift
-        step = work.solve(-residual)
+        drag = stiffness.shift
+        step = stiffness.solve(-residual)
         if contacts > 0:
-            step = work.solve_coupled(step, COUPLED)
-        fraction = work.room(q, step, options.room)
+            step = coupled_step(work, step, COUPLED)
+        fraction = work.contacts.collision_free_fraction(q, step, options.room)
         q = q + fraction * step
         follow(q, model.rods.has_edge, frames, other)
         frames, other = other, frames
         work.move_to(q, frames)
         contacts = work.lag()
-        gradient = work.gradient(q, frames)
+        gradient = work.gradient()
         # A linear answer would leave (1 - f) g - f c d.
         wrong = gradient * free - (1.0 - fraction) * residual + fraction * drag * step
         size = fraction * length(step)
-        drag = _next_drag(drag, length(work.solve(wrong)), size, fraction)
-        work.keep_listed(q)
+        drag = _next_drag(drag, length(stiffness.solve(wrong)), size, fraction)
+        work.contacts.keep_listed(q)
 
 
 def _next_drag(drag: float, error: float, size: float, fraction: float) -> float:

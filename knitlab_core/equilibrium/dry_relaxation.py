@@ -23,7 +23,7 @@ from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.equilibrium.snap_through import BRISK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError, SpecificationError
-from knitlab_core.rods.rod import measure_strains
+from knitlab_core.rods.rod import Rods, measure_strains
 
 STEPS = 16
 """Steps in which a yarn is relaxed."""
@@ -67,34 +67,29 @@ def knit_in(
     model = work.model
     settled = _settled(model)
     curvature, twist = np.zeros((len(state.q), 2)), np.zeros(len(state.q))
-    measure_strains(state.q, settled.rods.is_inner, state.frames, curvature, twist)
+    measure_strains(state.q, settled.is_inner, state.frames, curvature, twist)
 
-    def eased(share: float) -> Model:
-        rods = settled.rods._replace(
-            rest_curvature=curvature + share * (settled.rods.rest_curvature - curvature),
-            rest_twist=twist + share * (settled.rods.rest_twist - twist),
+    def eased(share: float) -> Rods:
+        return settled._replace(
+            rest_curvature=curvature + share * (settled.rest_curvature - curvature),
+            rest_twist=twist + share * (settled.rest_twist - twist),
         )
-        return replace(settled, rods=rods)
 
     last = _idle(state)
     # Once more at the end: friction comes to rest, so that nothing stirs in the test before the fixtures do.
     for share in [*((step + 1) / steps for step in range(steps)), 1.0]:
-        work.model = eased(share)
-        try:
-            last, report = _come_to_rest(work, last, options, share)
-        finally:
-            work.model = model
+        last, report = _come_to_rest(work, last, eased(share), options, share)
         yield share, last, report
 
 
-def _come_to_rest(work: Workspace, state: State, options: Options, share: float) -> tuple[State, Report]:
+def _come_to_rest(work: Workspace, state: State, rods: Rods, options: Options, share: float) -> tuple[State, Report]:
     """Return the equilibrium with the fixtures where they are, and how it was found, all iterations counted."""
 
-    def move(begun: State) -> tuple[State | None, Report]:
-        found, report = advance(work, begun, begun.q, options)
+    def move(begun: State, drag: float) -> tuple[State | None, Report]:
+        found, report = advance(work, begun, begun.q, options, rods=rods, drag=drag)
         return (None if found is None else _idle(found)), report
 
-    found, report = come_to_rest(work, move, state)
+    found, report = come_to_rest(move, state)
     if found is not None:
         return _idle(found), report
     x, y, z = state.q[report.node, :3] * work.model.scales.length
@@ -102,19 +97,18 @@ def _come_to_rest(work: Workspace, state: State, options: Options, share: float)
     raise ConvergenceError(Failure(progress=share, report=report, position=place, way="relaxing into the knit"))
 
 
-def _settled(model: Model) -> Model:
-    """Return a model with no more stiffness than lasts, and nothing left to relax."""
+def _settled(model: Model) -> Rods:
+    """Return rods with no more stiffness than lasts."""
     if model.bonds is not None:
         raise SpecificationError("model.bonds", f"{model.bonds.a.size} fused points", "none in a yarn to be knitted in")
     if model.relaxation is None:
-        return model
+        return model.rods
     lasting = model.relaxation.lasting
-    rods = model.rods._replace(
+    return model.rods._replace(
         stretch_stiffness=lasting * model.rods.stretch_stiffness,
         bend_stiffness=lasting * model.rods.bend_stiffness,
         twist_stiffness=lasting * model.rods.twist_stiffness,
     )
-    return replace(model, rods=rods, relaxation=None)
 
 
 def _idle(state: State) -> State:

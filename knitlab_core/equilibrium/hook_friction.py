@@ -58,11 +58,11 @@ class PoleMemory(NamedTuple):
 
 
 def pole_forces(hooks: Hooks, memory: PoleMemory, limit: float) -> FloatArray:
-    """Return the force (H,) of each hook along its pole at an equilibrium [E r^2]; `limit` as in `Poles`."""
+    """Return the force (H,) of each hook along its pole at an equilibrium [E r^2]; `limit` as in `HookTerm`."""
     return hooks.friction * memory.load * memory.slip / limit
 
 
-class Poles:
+class HookTerm:
     """Hooks on their poles, between two equilibria.
 
     Parameters
@@ -96,7 +96,7 @@ class Poles:
         self._start_load = load
         self._load = load.copy()
 
-    def fit(self, pattern: Pattern, _: int) -> bool:
+    def fits(self, pattern: Pattern) -> bool:
         """Take a pattern of the stiffness, which has all blocks of nodes that follow each other."""
         self._pattern = pattern
         return True

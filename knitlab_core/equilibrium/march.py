@@ -8,14 +8,16 @@ import numpy as np
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.breaking import break_due, reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
+from knitlab_core.equilibrium.coupling import coupled_step
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.snap_through import BRISK, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
-from knitlab_core.equilibrium.viscoelastic_step import relaxed, relaxing
+from knitlab_core.equilibrium.viscoelastic_step import relaxed, rods_of_step
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import Frames, follow
+from knitlab_core.rods.rod import Rods
 from knitlab_core.sparse.sums import inner, length
 
 MOST_MOVES = 150
@@ -83,9 +85,9 @@ def _guess(work: Workspace, state: State, motion: FloatArray, way: Motion, ahead
         return np.where(fixed, motion, way.ratio * state.increment)
     if way.goes_on and state.response is not None:
         return np.where(fixed, motion, way.ratio * state.response)
-    work.assemble(state.q, state.frames)
-    work.keep_pull(motion)
-    response = work.response(motion) if work.factor() else None
+    work.assemble()
+    work.stiffness.pull(motion)
+    response = work.stiffness.response(motion) if work.stiffness.factor() else None
     return motion if response is None else response
 
 
@@ -98,23 +100,22 @@ def _approach(work: Workspace, state: State, motion: FloatArray, guess: FloatArr
     has_edge, fixed = work.model.rods.has_edge, work.model.fixed
     q, frames, left = state.q, state.frames, motion
     for _ in range(MOST_PARTS):
-        room = work.room(q, guess, SAFE)
+        room = work.contacts.collision_free_fraction(q, guess, SAFE)
         q = q + room * guess if room < 1.0 else np.where(fixed, state.q + motion, q + guess)
         frames, before = frames.copy(), frames
         follow(q, has_edge, before, frames)
-        work.keep_listed(q)
+        work.contacts.keep_listed(q)
         if room >= 1.0:
             return q, frames
         left = (1.0 - room) * left
-        work.count_iteration()
+        work.clock.iterations += 1
         work.move_to(q, frames)
-        forces = np.where(fixed, 0.0, work.gradient(q, frames))
-        work.assemble(q, frames, contacts=0.0)
-        pull = work.stiffness_times(left)
-        pull[fixed] = 0.0
-        if not work.factor():
+        forces = np.where(fixed, 0.0, work.gradient())
+        work.assemble(exact=0.0)
+        pull = work.stiffness.pull(left)
+        if not work.stiffness.factor():
             return None
-        guess = left - work.solve(pull + forces)
+        guess = left - work.stiffness.solve(pull + forces)
     return None
 
 
@@ -126,6 +127,8 @@ def advance(
     *,
     duration: float = 0.0,
     ahead: FloatArray | None = None,
+    rods: Rods | None = None,
+    drag: float = 0.0,
 ) -> tuple[State | None, Report]:
     """Find the equilibrium with fixed unknowns at `target`, from the one before; no bond breaks on the way.
 
@@ -143,30 +146,44 @@ def advance(
         Time the step takes [s]; it matters only to rods that relax.
     ahead : (N, 4) array, optional
         Motion found in a longer step from the same state, as a guess.
+    rods : Rods, optional
+        Elastic rods of the step, in place of the model's.
+    drag : float
+        Resistance of every node to its motion [E r], zero but while strands snap.
 
     Returns
     -------
     State or None, Report
         The new equilibrium, None where the search failed, and how it went.
     """
-    with work.clock("search"), relaxing(work, state, duration):
-        found, report = _search(work, state, target, options or Options(), ahead)
-    return None if found is None else relaxed(work.model, state, found, duration), report
+    with work.clock("search"):
+        step = rods_of_step(work.model, state, duration) if rods is None else rods
+        found, report = _search(work, state, target, options or Options(), ahead, step, drag)
+    if found is None or rods is not None:
+        return found, report
+    return relaxed(work.model, state, found, duration), report
 
 
 def _search(
-    work: Workspace, state: State, target: FloatArray, options: Options, ahead: FloatArray | None
+    work: Workspace,
+    state: State,
+    target: FloatArray,
+    options: Options,
+    ahead: FloatArray | None,
+    rods: Rods,
+    drag: float,
 ) -> tuple[State | None, Report]:
     """Find the equilibrium of elastic rods."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
     way = Motion.of(state, motion, model.fixed)
-    work.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, lead_of(state, way))
+    lead = lead_of(state, way)
+    work.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, lead, rods=rods, drag=drag)
     begun = _approach(work, state, motion, _guess(work, state, motion, way, ahead))
     if begun is None:
         return None, blocked(int(np.argmax(np.abs(motion))) // 4, state.contacts)
     q, frames, gradient, report = equilibrate(work, *begun, options, motion)
-    if not report.converged and not work.drag and np.isfinite(report.residual):
+    if not report.converged and not drag and np.isfinite(report.residual):
         spent = report.iterations
         q, frames, gradient, report = continue_to_rest(work, q, frames, options, motion)
         report = replace(report, iterations=spent + report.iterations)
@@ -177,9 +194,9 @@ def _search(
     change, largest = path_error(state, memory, way, model)
     increment = q - state.q
     # What drags on the fixtures is no force of the strands.
-    gradient[:, :3] -= work.drag * increment[:, :3]
+    gradient[:, :3] -= drag * increment[:, :3]
     reaction = np.where(model.fixed, gradient, 0.0)
-    pushed = 0.5 * inner(state.reaction + reaction, increment) + inner(work.loads, increment)
+    pushed = 0.5 * inner(state.reaction + reaction, increment) + inner(work.dead.loads, increment)
     return (
         replace(
             state,
@@ -193,10 +210,10 @@ def _search(
             slip_change=change,
             largest_load=largest,
             contacts=report.contacts,
-            energies=work.parts(q, frames),
+            energies=np.array([*work.rods.parts(), work.contacts.normal_energy()]),
             external_work=state.external_work + float(pushed),
             friction_work=state.friction_work + slip_work,
-            bonds=state.bonds if work.fused is None else work.fused.state(state.bonds),
+            bonds=state.bonds if work.bonds is None else work.bonds.state(state.bonds),
         ),
         report,
     )
@@ -204,12 +221,12 @@ def _search(
 
 def _response(work: Workspace, motion: FloatArray, report: Report) -> FloatArray | None:
     """Return the linear response to the motion of the fixtures, friction's loads included, from the factor at hand."""
-    if report.iterations == 0 or work.drag or not motion.any():
+    if report.iterations == 0 or work.drag is not None or not motion.any():
         return None
-    response = work.response(motion)
+    response = work.stiffness.response(motion)
     if response is None or report.contacts == 0:
         return response
-    return motion + work.solve_coupled(response - motion, COUPLED)
+    return motion + coupled_step(work, response - motion, COUPLED)
 
 
 def march(
@@ -301,7 +318,7 @@ def _snap(
     wanted = options or Options()
     brisk = replace(wanted, max_iterations=min(wanted.max_iterations, BRISK.max_iterations))
 
-    def move(begun: State) -> tuple[State | None, Report]:
-        return advance(work, begun, target, brisk, duration=duration if begun is state else 0.0)
+    def move(begun: State, drag: float) -> tuple[State | None, Report]:
+        return advance(work, begun, target, brisk, duration=duration if begun is state else 0.0, drag=drag)
 
-    return come_to_rest(work, move, state, drag=THICK, most=MOST_MOVES)
+    return come_to_rest(move, state, drag=THICK, most=MOST_MOVES)

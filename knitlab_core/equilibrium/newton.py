@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.equilibrium.coupling import coupled_step
 from knitlab_core.equilibrium.model import SMALLEST_FLOOR
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
@@ -116,11 +117,11 @@ def blocked(node: int, contacts: int) -> Report:
 def force_scale(work: Workspace, gradient: FloatArray) -> float:
     """Return the mean force on fixtures or of loads, at least the floor."""
     held = work.model.fixed[:, :3]
-    forces = np.abs(gradient[:, :3][held]) if work.poles is None else work.poles.fixture_forces(gradient, held)
-    loads = np.abs(work.loads[work.loads != 0.0])
+    forces = np.abs(gradient[:, :3][held]) if work.hooks is None else work.hooks.fixture_forces(gradient, held)
+    loads = np.abs(work.dead.loads[work.dead.loads != 0.0])
     means = [float(f.mean()) for f in (forces, loads) if f.size]
     # Under drag a slow fall must not be taken for rest.
-    return max([SMALLEST_FLOOR if work.drag else work.model.force_floor, *means])
+    return max([SMALLEST_FLOOR if work.drag is not None else work.model.force_floor, *means])
 
 
 def _search_energy(
@@ -145,7 +146,7 @@ def _search_energy(
         if abs(energy - start) < 1e-9 * abs(start):
             # Too small a change for the energy to tell: let the forces decide.
             follow(trial, work.model.rods.has_edge, frames, trial_frames)
-            if length(work.gradient(trial, trial_frames) * free) < size:
+            if length(work.gradient() * free) < size:
                 return fraction
         fraction *= 0.5
     return 0.0
@@ -171,8 +172,8 @@ def _search_balance(
         follow(trial, work.model.rods.has_edge, frames, trial_frames)
         work.move_to(trial, trial_frames)
         contacts = work.lag()
-        gradient = work.gradient(trial, trial_frames)
-        rest = length(work.solve(gradient * free))
+        gradient = work.gradient()
+        rest = length(work.stiffness.solve(gradient * free))
         # Friction may have to get worse before it gets better: the shortest step is taken as it is.
         if rest <= (1.0 - 0.25 * fraction) * size or fraction <= shortest:
             return fraction, gradient, contacts
@@ -195,7 +196,7 @@ def equilibrate(
     options : Options
         How hard to try.
     motion : (N, 4) array, optional
-        Motion of the fixtures, whose pull the workspace shall keep for the next guess.
+        Motion of the fixtures, whose pull shall be kept for the next guess.
 
     Returns
     -------
@@ -203,11 +204,11 @@ def equilibrate(
         Configuration, its frames, the gradient there (reactions at fixed
         unknowns), and how it went; an equilibrium only if the report says so.
     """
-    model = work.model
+    model, stiffness = work.model, work.stiffness
     free = ~model.fixed
     other = frames.copy()
-    poles_rub = work.poles is not None and work.poles.hooks.rubs
-    loads = _Loads(following=model.law.friction == 0.0 and not poles_rub, follow_below=options.follow_below)
+    hooks_rub = work.hooks is not None and work.hooks.hooks.rubs
+    loads = _Loads(following=model.law.friction == 0.0 and not hooks_rub, follow_below=options.follow_below)
     iteration, contacts = 0, 0
     before: list[float] = []
     gradient: FloatArray | None = None
@@ -216,7 +217,7 @@ def equilibrate(
         if gradient is None:
             if loads.following or loads.snapped:
                 contacts = work.lag()
-            gradient = work.gradient(q, frames)
+            gradient = work.gradient()
         residual = gradient * free
         worst = int(np.argmax(np.abs(residual)))
         relative = float(np.abs(residual.flat[worst])) / force_scale(work, gradient)
@@ -234,22 +235,22 @@ def equilibrate(
         if report.converged or stalled or iteration >= options.max_iterations or not np.isfinite(relative):
             return q, frames, gradient, report
         before.append(relative)
-        work.count_iteration()
-        work.assemble(q, frames, contacts=1.0 if loads.following or relative < FAR else 0.0)
+        work.clock.iterations += 1
+        work.assemble(exact=1.0 if loads.following or relative < FAR else 0.0)
         if motion is not None:
-            work.keep_pull(motion)
-        if not work.factor():
+            stiffness.pull(motion)
+        if not stiffness.factor():
             return q, frames, gradient, report
-        step = work.solve(-residual)
-        if loads.following and (poles_rub or (model.law.friction > 0.0 and contacts > 0)):
+        step = stiffness.solve(-residual)
+        if loads.following and (hooks_rub or (model.law.friction > 0.0 and contacts > 0)):
             size = length(step)
-            step = work.solve_coupled(step, COUPLED)
-            fraction = work.room(q, step, options.room)
+            step = coupled_step(work, step, COUPLED)
+            fraction = work.contacts.collision_free_fraction(q, step, options.room)
             fraction, gradient, contacts = _search_balance(work, q, frames, step, size, fraction, other)
             if loads.snap(fraction):
                 gradient = None
         else:
-            fraction = work.room(q, step, options.room)
+            fraction = work.contacts.collision_free_fraction(q, step, options.room)
             fraction = _search_energy(work, q, frames, step, residual, fraction)
             if fraction == 0.0:
                 return q, frames, gradient, report
@@ -257,5 +258,5 @@ def equilibrate(
             gradient = None
         q = q + fraction * step
         frames, other = other, frames
-        work.keep_listed(q)
+        work.contacts.keep_listed(q)
         iteration += 1

@@ -20,7 +20,7 @@ from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.snap_through import kept
-from knitlab_core.equilibrium.viscoelastic_step import relaxing
+from knitlab_core.equilibrium.viscoelastic_step import rods_of_step
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.rupture import cut_history, cut_rods, fibre_strain
@@ -179,18 +179,19 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     state = _torn(work.model, state, edge)
     left = Workspace(sever(work.model, edge))
     left.clock = work.clock
-    left.loads = work.loads
-    left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles)
+    left.dead.loads[:] = work.dead.loads
+    rods = rods_of_step(left.model, state, 0.0)
+    left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, rods=rods)
     left.lag()
-    held = np.where(left.model.fixed, 0.0, _gradient(left, state))
+    held = np.where(left.model.fixed, 0.0, left.gradient())
 
     def let_go(share: float) -> FloatArray:
-        left.loads = work.loads + (1.0 - share) * held
+        left.dead.loads[:] = work.dead.loads + (1.0 - share) * held
         return state.q
 
     *_, (_, found, _) = march(left, state, let_go, longest=RELEASE, options=options)
     # The forces at the cut are no outer loads: only the work of those that stay counts.
-    put_in = state.external_work + float(np.vdot(work.loads, found.q - state.q))
+    put_in = state.external_work + float(np.vdot(work.dead.loads, found.q - state.q))
     found = replace(found, external_work=put_in)
     free = kept(state) - kept(found) - (found.bonds.released - state.bonds.released)
     return left, replace(found, fracture_work=state.fracture_work + free, snap_work=state.snap_work)
@@ -219,12 +220,6 @@ def _untouched(model: Model, state: State, edge: int) -> Memory:
     nodes = np.stack([memory.key // (len(state.q) * m), memory.key % (len(state.q) * m)]) // m
     keep = ~np.isin(nodes, [edge, edge + 1]).any(axis=0)
     return Memory(memory.key[keep], *(values[keep] for values in memory[1:]))
-
-
-def _gradient(work: Workspace, state: State) -> FloatArray:
-    """Return the gradient (N, 4) at a state of rods that may have relaxed."""
-    with relaxing(work, state, 0.0):
-        return work.gradient(state.q, state.frames)
 
 
 def _unheld(rods: Rods) -> BoolArray:

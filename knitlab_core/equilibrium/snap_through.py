@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.sparse.sums import inner
 
 BRISK = Options(max_iterations=25)
@@ -30,19 +29,17 @@ EASY = 10
 
 MOST_MOVES = 400
 
-Search = Callable[[State], tuple[State | None, Report]]
-"""Goes from a state to the next one, the fixtures at the end of the step."""
+Search = Callable[[State, float], tuple[State | None, Report]]
+"""Goes from a state to the next one under a drag [E r], the fixtures at the end of the step."""
 
 
 def come_to_rest(
-    work: Workspace, search: Search, state: State, *, drag: float = 0.0, most: int = MOST_MOVES
+    search: Search, state: State, *, drag: float = 0.0, most: int = MOST_MOVES
 ) -> tuple[State | None, Report]:
     """Follow a snap to its end.
 
     Parameters
     ----------
-    work : Workspace
-        Buffers of the model.
     search : callable
         Makes one move.
     state : State
@@ -60,11 +57,7 @@ def come_to_rest(
     """
     begun, spent, moves = state, 0, 0
     while True:
-        work.drag = drag
-        try:
-            found, report = search(state)
-        finally:
-            work.drag = 0.0
+        found, report = search(state, drag)
         easy = report.iterations <= EASY
         spent, moves = spent + report.iterations, moves + 1
         report = replace(report, iterations=spent)

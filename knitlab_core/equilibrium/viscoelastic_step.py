@@ -1,34 +1,24 @@
 """A step of rods that relax: elastic rods for the search, and what they remember after it."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.model import Model, State
-from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import Relaxation, relaxed_rods, remember, rod_strains, stored_energy, viscous_work
+from knitlab_core.rods.rod import Rods
 
 
-@contextmanager
-def relaxing(work: Workspace, state: State, duration: float) -> Iterator[None]:
-    """Search with the rods of one step; elastic rods stay what they are.
+def rods_of_step(model: Model, state: State, duration: float) -> Rods:
+    """Return the elastic rods by which a step of a duration [s] is searched; those of the model if nothing relaxes.
 
     Contact samples keep the rest lengths of the rods as made, and contacts their elastic law.
     """
-    model = work.model
     if model.relaxation is None:
-        yield
-        return
+        return model.rods
     strain = rod_strains(state.q, model.rods, state.frames)
-    rods = relaxed_rods(model.rods, model.relaxation, strain, _history(model.relaxation, state), duration)
-    work.model = replace(model, rods=rods)
-    try:
-        yield
-    finally:
-        work.model = model
+    return relaxed_rods(model.rods, model.relaxation, strain, _history(model.relaxation, state), duration)
 
 
 def relaxed(model: Model, before: State, after: State, duration: float) -> State:

@@ -9,8 +9,8 @@ from knitlab_core.equilibrium.rupture import sever
 from knitlab_core.equilibrium.workspace import Workspace
 
 if TYPE_CHECKING:
-    from knitlab_core.equilibrium.carried import Carried
     from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.solver_state import SolverState
     from rigs.axes import FloatArray
     from rigs.control.resume_point import ResumePoint
     from rigs.machines.rig import Rig
@@ -26,7 +26,7 @@ class Checkpoint:
         Where in its protocol it stands.
     state : State
         The specimen's state.
-    carried : Carried
+    solver_state : SolverState
         What the solver carries from step to step.
     mounted : FloatArray, shape (N, 4)
         The unknowns when the specimen was mounted [r], [rad]; see `Rig`.
@@ -36,17 +36,17 @@ class Checkpoint:
 
     cursor: ResumePoint
     state: State
-    carried: Carried
+    solver_state: SolverState
     mounted: FloatArray
     severed: tuple[int, ...]
 
 
 def checkpoint_of(rig: Rig, state: State, cursor: ResumePoint) -> Checkpoint | None:
     """Return the checkpoint of a test; None before its first equilibrium."""
-    carried = rig.work.carried
-    if carried is None:
+    solver_state = rig.work.solver_state
+    if solver_state is None:
         return None
-    return Checkpoint(cursor=cursor, state=state, carried=carried, mounted=rig.mounted, severed=rig.severed)
+    return Checkpoint(cursor=cursor, state=state, solver_state=solver_state, mounted=rig.mounted, severed=rig.severed)
 
 
 def restore(rig: Rig, checkpoint: Checkpoint) -> Rig:
@@ -55,5 +55,5 @@ def restore(rig: Rig, checkpoint: Checkpoint) -> Rig:
     for edge in checkpoint.severed:
         model = sever(model, edge)
     work = Workspace(model)
-    work.go_on(checkpoint.carried)
+    work.restore(checkpoint.solver_state)
     return replace(rig, work=work, mounted=checkpoint.mounted, severed=checkpoint.severed)

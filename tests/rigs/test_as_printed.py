@@ -45,7 +45,7 @@ def thick_volumetric(gap: float) -> VolumetricStitch:
 def gradient(stage: Rig, state: State) -> FloatArray:
     """Return all forces and moments (N, 4) at a state [E r^2], [E r^3]."""
     stage.work.start_step(state.q, state.frames, state.memory)
-    return stage.work.gradient(state.q, state.frames)
+    return stage.work.gradient()
 
 
 @pytest.mark.parametrize(

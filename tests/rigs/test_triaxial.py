@@ -78,9 +78,9 @@ def stiffness(rig: Rig, state: State) -> np.ndarray:
     """Return the stiffness of all unknowns (4N, 4N) at a state, fixed or not."""
     work = Workspace(rig.work.model)
     work.start_step(state.q, state.frames, state.memory)
-    work.assemble(state.q, state.frames)
+    work.assemble()
     unit = np.eye(state.q.size)
-    return np.array([work.stiffness_times(one.reshape(state.q.shape)).ravel() for one in unit])
+    return np.array([work.stiffness.times(one.reshape(state.q.shape)).ravel() for one in unit])
 
 
 def test_stage_and_crosshead_pull_together(pulled: tuple[Rig, list[Equilibrium], State], tmp_path: Path) -> None:

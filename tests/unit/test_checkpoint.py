@@ -17,8 +17,8 @@ from app.records.lock import LOCK, locked
 from app.records.reader import RunReader
 from app.records.writer import RunWriter
 from knitlab_core.contact.bonds import BondState
-from knitlab_core.equilibrium.carried import Carried
 from knitlab_core.equilibrium.model import State
+from knitlab_core.equilibrium.solver_state import SolverState
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
@@ -59,7 +59,7 @@ def saved(**more: object) -> Saved:
     checkpoint = Checkpoint(
         cursor=cursor,
         state=replace(state, bonds=BondState.printed(2)),
-        carried=Carried(state.q + 1.0, None, 1e-8),
+        solver_state=SolverState(state.q + 1.0, None, 1e-8),
         mounted=state.q.copy(),
         severed=(7, 5),
     )
@@ -78,8 +78,8 @@ def test_a_checkpoint_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert (two.origin, two.lengths, two.zeroings, two.seconds) == (one.origin, one.lengths, one.zeroings, one.seconds)
     assert two.checkpoint.cursor == one.checkpoint.cursor
     assert two.checkpoint.severed == (7, 5)
-    assert two.checkpoint.carried.hold is None
-    assert two.checkpoint.carried.shift == 1e-8
+    assert two.checkpoint.solver_state.hold is None
+    assert two.checkpoint.solver_state.shift == 1e-8
     state = two.checkpoint.state
     assert state.history is None
     assert np.array_equal(state.q, one.checkpoint.state.q)

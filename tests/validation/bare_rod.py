@@ -46,6 +46,6 @@ def settle(work: Workspace, state: State, target: NDArray[np.float64], *, tolera
 def stiffness(work: Workspace, state: State) -> NDArray[np.float64]:
     """Return the exact stiffness (4N, 4N) of all unknowns, fixed ones included."""
     work.move_to(state.q, state.frames)
-    work.assemble(state.q, state.frames)
+    work.assemble()
     unit = np.eye(state.q.size).reshape(-1, *state.q.shape)
-    return np.stack([work.stiffness_times(v).ravel() for v in unit], axis=1)
+    return np.stack([work.stiffness.times(v).ravel() for v in unit], axis=1)

@@ -37,8 +37,8 @@ def solver_drop(edges: int, tip: float, weight: float) -> float:
     work.model.fixed[:2, :3] = True
     work.model.fixed[0, 3] = True
     for part in (0.25, 0.5, 0.75, 1.0):
-        work.loads[:, 2] = -part * weight * EI / LENGTH**3 * edge
-        work.loads[-1, 2] = 0.5 * work.loads[-1, 2] - part * tip * EI / LENGTH**2
+        work.dead.loads[:, 2] = -part * weight * EI / LENGTH**3 * edge
+        work.dead.loads[-1, 2] = 0.5 * work.dead.loads[-1, 2] - part * tip * EI / LENGTH**2
         state = settle(work, state, state.q, tolerance=1e-8)
     return float(-state.q[-1, 2] / LENGTH)
 

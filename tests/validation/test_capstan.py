@@ -73,7 +73,7 @@ def tension_ratio(mu: float, phi: float) -> float:
     model.fixed[0, 2] = True
     model.fixed[last, [2, axis]] = True
     work = Workspace(model)
-    work.loads[0, 1] = -TENSION
+    work.dead.loads[0, 1] = -TENSION
     # Travel in which the rod's stretch goes from exp(-mu s / R) to exp(mu s / R), and the ends', with 3 r to spare.
     euler = np.exp(mu * phi)
     travel = TENSION / np.pi * (TOUCH * (euler - 1.0 / euler) / mu + 2.0 * STRAIGHT * (euler - 1.0)) + 3.0

@@ -81,10 +81,10 @@ def test_forces_on_all_fixtures_and_loads_sum_to_zero(bar: Callable[..., None], 
     _, pulled = pull(knit, [0.3], steps=20)
     work = Workspace(knit.model)
     free = np.setdiff1d(np.arange(len(pulled.q)), knit.held())
-    work.loads[free[::7], 0] = 1e-4
+    work.dead.loads[free[::7], 0] = 1e-4
     state, _ = advance(work, pulled, pulled.q)
     assert state is not None
-    rest = (state.reaction + work.loads)[:, :3].sum(axis=0)
+    rest = (state.reaction + work.dead.loads)[:, :3].sum(axis=0)
     share = np.abs(rest).max() / np.abs(state.reaction[:, :3]).sum()
     bar(f"action = reaction: forces, mu = {friction}", share, 1e-4, "1", SOURCE + ", solver tolerance")
 

@@ -111,7 +111,7 @@ def test_creep_under_a_dead_load(bar: Callable[..., None]) -> None:
     work, rest = relaxing_rod(SOLID)
     work.model.fixed[2:-1, 1:] = True
     load, (share,), (time,) = 0.02 * EA, SOLID.shares, SOLID.times
-    work.loads[-1, 0] = load
+    work.dead.loads[-1, 0] = load
     # The first two nodes are clamped: seven edges stretch.
     state, t, errors = step(work, rest, rest.q, 0.0), 0.0, []
     for duration in hold_steps(SOLID, 20.0):

@@ -63,7 +63,7 @@ class Block:
         model.fixed[self.first : -1, 3] = not wheel
         model.fixed[self.first :, 0] = drive == "displacement"
         self.work = Workspace(model)
-        self.work.loads[self.first :, 2] = -load / self.nodes
+        self.work.dead.loads[self.first :, 2] = -load / self.nodes
         self.step()
 
     def step(self, dx: float = 0.0) -> State:
@@ -78,7 +78,7 @@ class Block:
 
     def pull(self, share: float) -> bool:
         """Pull with a share of mu N; return whether the block stays within a radius of its place."""
-        self.work.loads[self.first :, 0] = share * MU * self.load / self.nodes
+        self.work.dead.loads[self.first :, 0] = share * MU * self.load / self.nodes
         found, _ = advance(self.work, self.state, self.state.q.copy())
         if found is None or abs(found.q[self.first, 0] - self.state.q[self.first, 0]) > 1.0:
             return False

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from app.checks.dry_run import build_specimen
 from app.schemas import loads
 from app.schemas.machine_data import machines_of
+from knitlab_core.equilibrium.contacts import ContactTerm
 from knitlab_core.equilibrium.workspace import Workspace
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
@@ -92,18 +93,18 @@ def test_no_strands_cross_where_a_slack_pile_snaps(
     protocol = loads(PILE.read_text(encoding="utf-8").replace("[4, 4, 4]", f"[{size}, {size}, {size}]"))
     rig, state = mount(build_specimen(protocol), protocol.protocol, machines_of(protocol.protocol))
     moves = Moves(rig.work.model)
-    start_step, keep_listed = Workspace.start_step, Workspace.keep_listed
+    start_step, keep_listed = Workspace.start_step, ContactTerm.keep_listed
 
     def begun(work: Workspace, q: FloatArray, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 (handed through)
         moves.begin(q)
         start_step(work, q, *arguments, **options)
 
-    def moved(work: Workspace, q: FloatArray) -> bool:
+    def moved(contacts: ContactTerm, q: FloatArray) -> bool:
         moves.move(q)
-        return keep_listed(work, q)
+        return keep_listed(contacts, q)
 
     monkeypatch.setattr(Workspace, "start_step", begun)
-    monkeypatch.setattr(Workspace, "keep_listed", moved)
+    monkeypatch.setattr(ContactTerm, "keep_listed", moved)
     *_, outcome = perform(rig, state, protocol.protocol)
     assert isinstance(outcome, Outcome)
     assert outcome.end == "target"

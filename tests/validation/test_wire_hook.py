@@ -74,7 +74,7 @@ def pulled(mu: float) -> float:
     model.fixed[: len(yarn), 2:] = True
     model.fixed[last, :2] = True
     work = Workspace(model)
-    work.loads[0, 1] = -TENSION
+    work.dead.loads[0, 1] = -TENSION
     found, report = advance(work, state, state.q)
     if found is None:
         pytest.fail(f"no equilibrium under the dead load: {report}")

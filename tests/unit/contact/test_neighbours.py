@@ -127,7 +127,7 @@ def test_kept_list_holds_every_pair_that_acts(seed: int, scale: float) -> None:
     q = state.q.copy()
     for _ in range(6):
         q[:, :3] += q[:, :3] @ rng.normal(0.0, 0.2 * scale, (3, 3)) + rng.normal(0.0, scale, (len(q), 3))
-        work.keep_listed(q)
+        work.contacts.keep_listed(q)
         work.move_to(q, state.frames)
         points = sampled(model, q)
         assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
@@ -143,11 +143,11 @@ def test_a_step_with_room_touches_no_pair_that_is_not_listed(seed: int, scale: f
     q = state.q.copy()
     for _ in range(4):
         step = rng.normal(0.0, scale, q.shape)
-        q += work.room(q, step, 0.9) * step
+        q += work.contacts.collision_free_fraction(q, step, 0.9) * step
         work.move_to(q, state.frames)
         points = sampled(model, q)
         assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
-        work.keep_listed(q)
+        work.contacts.keep_listed(q)
 
 
 def crossed(gap: float) -> list[FloatArray]:
@@ -166,7 +166,7 @@ def test_list_is_renewed_before_a_pair_comes_within_reach() -> None:
     q = state.q.copy()
     for _ in range(250):
         q[11:, 2] -= 0.02
-        work.keep_listed(q)
+        work.contacts.keep_listed(q)
         work.move_to(q, state.frames)
         points = sampled(model, q)
         assert keys(work.contacts.touching, len(points)) == all_pairs(model, points, model.law.reach)
@@ -208,10 +208,10 @@ def test_no_room_is_lent_that_an_old_list_has_already_used() -> None:
     work.start_step(state.q, state.frames, state.memory)
     q = state.q.copy()
     q[:11, 2] += 0.7
-    work.keep_listed(q)
+    work.contacts.keep_listed(q)
     work.move_to(q, state.frames)
     step = np.zeros_like(q)
     step[:11, 2] = 4.0
-    q += work.room(q, step, 0.5) * step
+    q += work.contacts.collision_free_fraction(q, step, 0.5) * step
     core = model.law.distance - model.law.overlap_limit
     assert q[16, 2] - q[5, 2] > core

@@ -183,12 +183,12 @@ def test_a_march_taken_up_between_them_goes_on_to_the_same_rows() -> None:
     work, pace = Workspace(model), Pace()
     kept, whole = [], []
     for at, found, _ in march(work, state, path, longest=0.125, pace=pace):
-        kept.append((Pace(at=pace.at, step=pace.step), found, work.carried))
+        kept.append((Pace(at=pace.at, step=pace.step), found, work.solver_state))
         whole.append((at, found.q.tobytes()))
     for number, (stands, found, carried) in enumerate(kept[:-1]):
         fresh = Workspace(model)
         assert carried is not None
-        fresh.go_on(carried)
+        fresh.restore(carried)
         rest = march(fresh, found, path, longest=0.125, pace=stands)
         assert [(at, one.q.tobytes()) for at, one, _ in rest] == whole[number + 1 :]
 
@@ -207,9 +207,9 @@ def test_a_workspace_may_go_back_to_a_state_with_more_bonds() -> None:
     model, state = crossed(BondLaw(fuse_gap=3.1, patch_radius=0.4, strength=1.0), gap=3.0)
     work = Workspace(model)
     work.start_step(state.q, state.frames, state.memory, np.zeros(1))
-    free = work.pattern.rows.size
+    free = work.stiffness.pattern.rows.size
     work.start_step(state.q, state.frames, state.memory)
-    assert work.pattern.rows.size == free + 9
+    assert work.stiffness.pattern.rows.size == free + 9
 
 
 def _pressed(state: State) -> Callable[[float], FloatArray]:

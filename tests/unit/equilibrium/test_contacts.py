@@ -48,15 +48,16 @@ def test_they_store_exert_and_resist_what_all_candidates_do(lagged: bool) -> Non
     work.move_to(q, frames)
     if lagged:
         assert work.lag() == scene.lag(q)
-    assert work.contacts.energy(law) == pytest.approx(scene.energy(q), rel=1e-12)
+    assert work.contacts.energy() == pytest.approx(scene.energy(q), rel=1e-12)
     gradient = np.zeros_like(q)
-    work.contacts.add_gradient(law, gradient)
+    work.contacts.add_gradient(gradient)
     expected = scene.gradient(q)
     np.testing.assert_allclose(gradient, expected, rtol=0.0, atol=1e-14 * np.abs(expected).max())
 
     pattern = make_pattern(len(q), find_candidates(q, work.model.samples, law, 1.5))
     found = np.zeros((pattern.rows.size, 4, 4))
-    work.contacts.add_hessian(law, 1.0, pattern, found)
+    assert work.contacts.fits(pattern)
+    work.contacts.add_hessian(1.0, found)
     pattern = make_pattern(len(q), scene.candidates)
     whole, placed, samples = np.zeros((pattern.rows.size, 4, 4)), scene.placed(q), work.model.samples
     contact_hessian(placed.points, scene.candidates, samples, law, 1.0, pattern, whole)
@@ -73,7 +74,7 @@ def test_what_is_remembered_and_its_work_are_those_of_all_candidates() -> None:
     q[17:, 0] += 0.3
     work.move_to(q, scene.follow(q))
     scene.lag(q)
-    memory, rubbed = work.contacts.settle(work.model.law)
+    memory, rubbed = work.contacts.settle()
     expected, wanted = scene.settle(q)
     assert set(state.memory.key.tolist()) - set(memory.key.tolist())
     np.testing.assert_array_equal(memory.key, expected.key)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from knitlab_core.equilibrium.carried import Carried
     from knitlab_core.equilibrium.model import Model, State
     from knitlab_core.equilibrium.newton import Options
+    from knitlab_core.equilibrium.solver_state import SolverState
 
 NODES = 16
 
@@ -105,10 +105,10 @@ def unrolled(value: object) -> Iterator[object]:
         yield value
 
 
-def carried_of(work: Workspace) -> Carried:
-    carried = work.carried
-    assert carried is not None
-    return carried
+def carried_of(work: Workspace) -> SolverState:
+    solver_state = work.solver_state
+    assert solver_state is not None
+    return solver_state
 
 
 def assert_same(state: object, other: object) -> None:
@@ -143,9 +143,9 @@ def test_a_new_workspace_goes_on_to_the_same_bits(make: Callable[[], Scene]) -> 
         steps = {pace.step for *_, pace, _ in stood}
         assert len(steps) > 1
     for k in (0, len(stood) // 3, len(stood) - 3):
-        _, state, _, pace, carried = stood[k]
+        _, state, _, pace, solver_state = stood[k]
         fresh = Workspace(scene.model)
-        fresh.go_on(carried)
+        fresh.restore(solver_state)
         for (at, found, report), then in zip(islice(go(fresh, state, pace), 2), stood[k + 1 :], strict=False):
             assert (at, report) == (then[0], then[2])
             assert_same(found, then[1])
@@ -153,7 +153,7 @@ def test_a_new_workspace_goes_on_to_the_same_bits(make: Callable[[], Scene]) -> 
 
 
 def test_nothing_is_carried_before_the_first_step() -> None:
-    assert Workspace(planar().model).carried is None
+    assert Workspace(planar().model).solver_state is None
 
 
 def test_the_pattern_is_carried_as_it_was_made_on_the_way() -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.hook_friction import DRAG, TIE, Hooks, PoleMemory, Poles, pole_forces
+from knitlab_core.equilibrium.coupling import load_coupling
+from knitlab_core.equilibrium.hook_friction import DRAG, TIE, Hooks, HookTerm, PoleMemory, pole_forces
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.pattern import multiply
 from knitlab_core.equilibrium.workspace import Workspace
@@ -31,9 +32,9 @@ PULLS = np.zeros((6, 4))
 PULLS[1, 0], PULLS[3:, 1] = -0.2, [0.1, 0.2, 0.1]
 
 
-def poles_at(slid: tuple[float, float], memory: PoleMemory | None = None) -> Poles:
+def poles_at(slid: tuple[float, float], memory: PoleMemory | None = None) -> HookTerm:
     """Return poles whose hooks slid so far, pulled by PULLS."""
-    poles, q = Poles(HOOKS, LIMIT), np.zeros((6, 4))
+    poles, q = HookTerm(HOOKS, LIMIT), np.zeros((6, 4))
     poles.start(q, memory)
     q[1, 1], q[3:, 0] = slid
     poles.place(q)
@@ -42,7 +43,7 @@ def poles_at(slid: tuple[float, float], memory: PoleMemory | None = None) -> Pol
     return poles
 
 
-def forces(poles: Poles) -> FloatArray:
+def forces(poles: HookTerm) -> FloatArray:
     """Return what the poles add to forces."""
     gradient = PULLS.copy()
     poles.add_gradient(gradient)
@@ -87,7 +88,7 @@ def test_a_hook_that_slid_pushes_back_where_it_is_held() -> None:
 
 
 def test_a_wire_is_tied_along_its_pole() -> None:
-    poles, q = Poles(HOOKS, LIMIT), np.zeros((6, 4))
+    poles, q = HookTerm(HOOKS, LIMIT), np.zeros((6, 4))
     poles.start(q, None)
     q[4, 0] = 1e-3
     poles.place(q)
@@ -101,7 +102,7 @@ def test_a_wire_is_tied_along_its_pole() -> None:
 def test_a_wire_counts_as_one_fixture() -> None:
     held = np.zeros((6, 3), dtype=np.bool_)
     held[1, [0, 2]] = held[3:, 1:] = held[0] = True
-    sizes = Poles(HOOKS, LIMIT).fixture_forces(PULLS, held)
+    sizes = HookTerm(HOOKS, LIMIT).fixture_forces(PULLS, held)
     assert sorted(sizes[sizes > 0.0]) == pytest.approx([0.2, 0.4])
     # Three of the clamped node, two of the pin, two of the wire.
     assert sizes.size == 7
@@ -135,15 +136,15 @@ def test_stiffness_and_coupling_are_the_slope_of_the_forces() -> None:
         follow(at, model.rods.has_edge, state.frames, frames)
         work.move_to(at, frames)
         work.lag()
-        return work.gradient(at, frames)
+        return work.gradient()
 
     force(q)
-    work.assemble(q, state.frames)
+    work.assemble()
     way = np.zeros_like(q)
     way[2:4, 1], way[nodes, 0] = 1.0, 0.5
     out = np.zeros_like(q)
-    multiply(work.pattern, work.blocks, way, out)
-    slope = out + work.load_coupling(way)
+    multiply(work.stiffness.pattern, work.stiffness.blocks, way, out)
+    slope = out + load_coupling(work, way)
     h = 1e-6
     expected = (force(q + h * way) - force(q - h * way)) / (2 * h)
     free = ~model.fixed

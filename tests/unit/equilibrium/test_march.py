@@ -41,6 +41,7 @@ class Road:
         *,
         duration: float,
         ahead: np.ndarray[Any, Any] | None = None,
+        drag: float = 0.0,  # noqa: ARG002 (as the one it stands for)
     ) -> tuple[State | None, Report]:
         begin, end = float(state.increment[0, 0]), float(target[0, 0])
         self.tried.append((begin, end))

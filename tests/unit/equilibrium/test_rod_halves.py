@@ -3,7 +3,7 @@ import pytest
 
 from knitlab_core import threads
 from knitlab_core.arrays import FloatArray
-from knitlab_core.equilibrium import workspace
+from knitlab_core.equilibrium import terms
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.unit.equilibrium.strands import crossing
 
@@ -17,11 +17,12 @@ def test_rods_in_halves_have_the_bits_of_one_thread_and_the_stiffness_of_the_who
     def blocks() -> FloatArray:
         work = Workspace(model)
         work.start_step(state.q, state.frames, state.memory)
-        work.assemble(q, state.frames)
-        return work.blocks
+        work.move_to(q, state.frames)
+        work.assemble()
+        return work.stiffness.blocks
 
     whole, before = blocks(), threads.thread_count()
-    monkeypatch.setattr(workspace, "HALVES_FROM", 0)
+    monkeypatch.setattr(terms, "HALVES_FROM", 0)
     try:
         threads.use_threads(1)
         one = blocks()

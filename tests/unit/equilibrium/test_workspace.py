@@ -38,7 +38,7 @@ def test_room_ends_before_cores_overlap(share: float) -> None:
     work, state = pressed(0.3)
     down = np.zeros_like(state.q)
     down[17:, 2] = -5.0
-    fraction = work.room(state.q, down, share)
+    fraction = work.contacts.collision_free_fraction(state.q, down, share)
     assert 0.0 < fraction < 0.3
     work.move_to(state.q + fraction * down, state.frames)
     points = work.placed.points
@@ -51,7 +51,7 @@ def test_there_is_room_for_all_of_a_motion_that_brings_nothing_nearer() -> None:
     work, state = pressed(0.1)
     together = np.zeros_like(state.q)
     together[:, 0] = 50.0
-    assert work.room(state.q, together, 0.5) == 1.0
+    assert work.contacts.collision_free_fraction(state.q, together, 0.5) == 1.0
 
 
 def test_cores_that_overlap_have_infinite_energy() -> None:
@@ -60,7 +60,7 @@ def test_cores_that_overlap_have_infinite_energy() -> None:
     work.start_step(state.q, state.frames, state.memory)
     q = state.q.copy()
     q[17:, 2] -= 1.2
-    work.keep_listed(q)
+    work.contacts.keep_listed(q)
     assert work.energy(q, state.frames) == np.inf
 
 
@@ -73,15 +73,16 @@ def test_a_column_past_its_buckling_load_is_shifted_as_little_as_makes_it_stable
         q = stretched(state, strain)
         frames = state.frames.copy()
         frames.length[:-1] *= 1.0 + strain
-        work.assemble(q, frames)
-        assert work.factor()
-        assert (work.shift == 0.0) is stable
+        work.move_to(q, frames)
+        work.assemble()
+        assert work.stiffness.factor()
+        assert (work.stiffness.shift == 0.0) is stable
 
 
 def test_dead_loads_bend_a_clamped_strand_as_a_beam() -> None:
     model, state = strand(81)
     work = Workspace(model)
-    work.loads[40, 2] = 1e-6
+    work.dead.loads[40, 2] = 1e-6
     found, _ = advance(work, state, state.q, Options(tolerance=1e-8))
     assert found is not None
     # The bend at a clamp's inner node stands for half an edge on either side: free from middle to middle.
@@ -97,7 +98,7 @@ def test_the_list_follows_strands_that_move_far() -> None:
     assert work.contacts.touching.a.size == 0
     q = state.q.copy()
     q[17:, 2] -= 8.5
-    assert work.keep_listed(q)
+    assert work.contacts.keep_listed(q)
     work.move_to(q, state.frames)
     assert work.contacts.touching.a.size > 0
 
@@ -112,8 +113,7 @@ def test_drag_resists_as_its_energy_says() -> None:
     model, state = strand(12)
     work = Workspace(model)
     rng = np.random.default_rng(3)
-    work.start_step(state.q, state.frames, state.memory)
-    work.drag = 0.3
+    work.start_step(state.q, state.frames, state.memory, drag=0.3)
     free = ~model.fixed
     q = state.q + 0.01 * free * rng.standard_normal(state.q.shape)
     way = free * rng.standard_normal(state.q.shape)
@@ -124,14 +124,15 @@ def test_drag_resists_as_its_energy_says() -> None:
         there = frames.copy()
         follow(at, work.model.rods.has_edge, frames, there)
         work.move_to(at, there)
-        return work.gradient(at, there)
+        return work.gradient()
 
     small = 1e-5 * way
     slope = (work.energy(q + small, frames) - work.energy(q - small, frames)) / 2.0
     assert np.vdot(gradient(q), small) == pytest.approx(slope, rel=1e-7)
     work.move_to(q, frames)
-    work.assemble(q, frames)
-    thick = work.stiffness_times(way)
-    work.drag = 0.0
-    work.assemble(q, frames)
-    assert free * (thick - work.stiffness_times(way)) == pytest.approx(way * [0.3, 0.3, 0.3, 0.0], abs=1e-12)
+    work.assemble()
+    thick = work.stiffness.times(way)
+    work.start_step(state.q, state.frames, state.memory)
+    work.move_to(q, frames)
+    work.assemble()
+    assert free * (thick - work.stiffness.times(way)) == pytest.approx(way * [0.3, 0.3, 0.3, 0.0], abs=1e-12)

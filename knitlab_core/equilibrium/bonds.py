@@ -11,7 +11,7 @@ from knitlab_core.rods.frames import Frames
 from knitlab_core.sparse.blocks import Pattern
 
 
-class Fused:
+class BondTerm:
     """Whole bonds between the samples that a workspace places.
 
     Parameters
@@ -22,26 +22,28 @@ class Fused:
         Samples of the workspace, which moves them; turns are kept apart, as bonds count them since printing.
     weights : (m, 3) array
         Weights of a span's nodes at its samples.
+    has_edge : (N,) bool array
+        Nodes that an edge leaves.
     """
 
     pattern: Pattern
 
-    def __init__(self, bonds: Bonds, placed: Placed, weights: FloatArray) -> None:
+    def __init__(self, bonds: Bonds, placed: Placed, weights: FloatArray, has_edge: BoolArray) -> None:
         self.bonds = bonds
         self._placed = placed._replace(turn=np.zeros_like(placed.turn))
-        self._weights = weights
+        self._weights, self._has_edge = weights, has_edge
 
-    def fit(self, pattern: Pattern, n: int) -> bool:
-        """Find the bonds' blocks in a pattern of n nodes; return False if it lacks some."""
-        found = update_pattern(pattern, n, self.bonds)
+    def fits(self, pattern: Pattern) -> bool:
+        """Find the bonds' blocks in a pattern; return False if it lacks some."""
+        found = update_pattern(pattern, self._has_edge.size, self.bonds)
         if found is None:
             return False
         self.pattern = found
         return True
 
-    def place(self, q: FloatArray, has_edge: BoolArray, frames: Frames) -> None:
+    def place(self, q: FloatArray, frames: Frames) -> None:
         """Turn the edges to configuration `q`, where the samples already are."""
-        place_edges(q, has_edge, frames, self.bonds.frames, self._placed)
+        place_edges(q, self._has_edge, frames, self.bonds.frames, self._placed)
 
     def energy(self) -> float:
         """Return the energy stored [E r^3]."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from knitlab_core.arrays import FloatArray
 
 
-class Carried(NamedTuple):
+class SolverState(NamedTuple):
     """All that a new workspace needs to go on as an old one would, to the last bit.
 
     `q`: (N, 4) configuration in which the pattern of the stiffness was made, and with it the order of elimination;
