@@ -13,6 +13,7 @@ from knitlab_core.errors import SpecificationError
 from rigs.analysis import stress_strain
 from rigs.jumps import parted
 from rigs.leaves import leaves
+from rigs.pchip import Pchip
 from rigs.signals import zero_offset
 from rigs.steps import Cycle, Preload, Ramp, UntilRupture
 
@@ -222,15 +223,13 @@ def _smooth(rows: FloatArray) -> FloatArray:
 
     Rows at one time are a jump, and are joined by a straight line.
     """
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (only when a plot is wanted)
-
     jumps = np.flatnonzero(np.diff(rows[0]) <= 0.0) + 1
     pieces = []
     for piece in np.split(rows, jumps, axis=1):
         count = piece.shape[1]
         if count > 2:
             at = np.interp(np.arange((count - 1) * PER_ROW + 1) / PER_ROW, np.arange(count), piece[0])
-            piece = np.concatenate([at[None], PchipInterpolator(piece[0], piece[1:], axis=1)(at)])  # noqa: PLW2901
+            piece = np.concatenate([at[None], Pchip.through(piece[0], piece[1:].T)(at).T])  # noqa: PLW2901
         pieces.append(piece)
     return np.concatenate(pieces, axis=1)
 

@@ -14,7 +14,6 @@ from rigs.bounds import require_label
 from rigs.logs.catalogue import LOGS, defaults
 from rigs.logs.locales import localised
 from rigs.logs.logged import Logged
-from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
 
@@ -128,6 +127,8 @@ def export_log(
 def _written(log: Log, test: Logged, path: Path) -> Path:
     parts, facts = log.gather(test)
     if log.kind == "sheet":
+        from rigs.logs.sheet import write_sheet  # noqa: PLC0415 (few instruments write workbooks)
+
         return write_whole(path, [write_sheet(log.dialect, parts, test.start())])
     return write_whole(path, write_log(log.dialect, parts, facts))
 
