@@ -1,37 +1,42 @@
 """Draw one record that comes on the standard input: ``python -m app.drawing_process``, started by `app.drawing`.
 
-A line of JSON comes, ``[record, name]``, and the note of `draw_pictures` goes out, as a line of JSON too. The end of
-the input is the end of whoever wanted the pictures, and of this process.
+A line of JSON comes, ``[record, name]``, and `DRAWN` goes out. The end of the input is the end of whoever wanted the
+pictures, and of this process.
 """
 
 from __future__ import annotations
 
 import json
 import os
+from importlib import import_module
 from pathlib import Path
 from queue import Empty
+from typing import Final
 
 from app import beside
-from app.drawing import IDLE_SECONDS, draw_pictures
-from app.painters import start_painter
+from app.drawing import DRAWN, IDLE_SECONDS, draw_pictures
+
+AHEAD: Final = ("matplotlib.backends.backend_agg", "matplotlib.figure", "app.plotting", "app.pictures", "app.report")
+"""Modules that take long to import."""
 
 
 def main() -> None:
     """Get ready, wait for a record, draw it, answer."""
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no answer
     asked = beside.listen()
-    start_painter()
-    import matplotlib.backends.backend_agg  # noqa: F401, PLC0415
+    # Only now, so that the end of the input is seen meanwhile.
+    for name in AHEAD:
+        import_module(name)
+    from app.tube_images import prepare  # noqa: PLC0415
 
-    import app.pictures  # noqa: PLC0415 (what takes long to import comes after the painter, which imports beside)
-    import app.report  # noqa: F401, PLC0415
-
+    prepare()
     try:
         record, name = json.loads(asked.get(timeout=IDLE_SECONDS))
     except Empty:
         return
-    answers.write(json.dumps(draw_pictures(Path(record), name)) + "\n")
+    draw_pictures(Path(record), name)
+    answers.write(DRAWN)
     answers.flush()
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from app.curves import curves_of, force_unit, stress_unit
 from app.lettering import boxes_allowed, write_plainly
-from app.run_folder import whole_file
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -85,15 +84,16 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
 
 def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
     """Give the parts of a figure the frame and the grid that all plots have, and write it."""
+    from app.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
+
     for axes in parts:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(color="#e6e6e6", lw=0.6)
         axes.set_axisbelow(True)
         legend = axes.get_legend()
         write_plainly([] if legend is None else legend.get_texts())
-    with whole_file(path) as temporary, boxes_allowed():
-        figure.savefig(temporary, dpi=200, facecolor="white")
-    return path
+    with boxes_allowed():
+        return save(figure, path)
 
 
 def _split(axes: Axes) -> tuple[Axes, Axes]:
