@@ -20,7 +20,6 @@ from rigs.specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
-
     from rigs.protocol import Axis
     from rigs.record import FloatArray, Phase
 
