@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.curves import prefixed
-from app.report import BEYOND, NAMES
+from app.report import BEYOND, NAMES, TITLE
 from app.tube_images import tube_images
 from app.tubes import fit_window, tube
 from app.views import FROM_ABOVE, view_of
@@ -268,7 +268,7 @@ def _fit_units(row: Sequence[Axes], extent: float) -> None:
 
 def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) -> None:
     axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
-    axes.set_title(title, fontsize=13)
+    axes.set_title(title, fontsize=13, y=TITLE)
     axes.tick_params(length=3, labelsize=10)
     for side in axes.spines.values():
         side.set_color("#bbbbbb")
