@@ -28,6 +28,8 @@ def lay_out(figure: Figure) -> None:
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
+        for axes in figure.axes:
+            axes.apply_aspect()
         figure.set_layout_engine("none")
 
 
@@ -55,6 +57,12 @@ class PixelImage(Artist):
         rows, columns, _ = image.shape
         self._pixels = np.full((rows, columns, 4), 255, dtype=np.uint8)
         self._pixels[..., :3] = image[::-1]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of pixels."""
+        rows, columns, _ = self._pixels.shape
+        return rows, columns
 
     def draw(self, renderer: RendererBase) -> None:
         """Put the pixels on the page."""

@@ -308,3 +308,17 @@ def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
     pieces = np.split(broken.points, np.cumsum(broken.sizes)[:-1])
     assert [(piece[0, 0], piece[-1, 0]) for piece in pieces] == [(0.0, 3e3), (4e3, 7e3), (0.0, 7e3)]
     assert not np.isnan(broken.values).any()
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_an_image_of_a_knit_has_the_pixels_of_its_place_on_the_page(tmp_path: Path, count: int) -> None:
+    nodes = knit_nodes(0.2)
+    tubes = [tube(nodes, np.zeros(len(nodes)), 0.4e-3)] * count
+    figure = pictures.draw(tubes, ["a title\nof two lines"] * count, "values", lambda _: None)
+    save(figure, tmp_path / "page.png")
+    scale = DPI / figure.dpi
+    for axes in figure.axes[:count]:
+        (image,) = (one for one in axes.get_children() if isinstance(one, PixelImage))
+        assert image.shape == pytest.approx([scale * axes.bbox.height, scale * axes.bbox.width], abs=1.0)
+        # To scale: as long along the wale as along the course.
+        assert axes.bbox.width / np.ptp(axes.get_xlim()) == pytest.approx(axes.bbox.height / np.ptp(axes.get_ylim()))
