@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.jit import kernel
+from knitlab_core.jit import inline_kernel, kernel
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -21,12 +21,23 @@ NOTHING: Final = -1e9
 """Height where nothing is."""
 
 
+@inline_kernel
+def _columns(left: int, right: int, x: float, ux: float, behind: float, ahead: float) -> tuple[int, int]:
+    """Return the first and the last of some columns in which ux (column - x) is between two distances [pixel]."""
+    if ux * ux <= 1e-6:
+        return left, right
+    one, other = behind / ux, ahead / ux
+    first, last = np.ceil(min(one, other) + x - 0.5), np.floor(max(one, other) + x - 0.5)
+    return max(left, int(first)), min(right, int(last))
+
+
 @kernel
 def draw_tube(
     points: FloatArray,
     tangents: FloatArray,
     values: FloatArray,
     joined: npt.NDArray[np.bool_],
+    reaches: FloatArray,
     radius: float,
     height: npt.NDArray[np.float32],
     normal: npt.NDArray[np.float32],
@@ -42,6 +53,8 @@ def draw_tube(
         A value at every point, which runs on evenly between them.
     joined : array of bool, shape (n - 1,)
         Where a point and the next are of one piece.
+    reaches : FloatArray, shape (n - 1, 2)
+        How far beyond a segment's first and last point what is seen of it reaches along it [pixel], as `reaches_of`.
     radius : float
         Of the tube [pixel].
     height, value : array of float32, shape (rows, columns)
@@ -53,6 +66,7 @@ def draw_tube(
     for k in range(len(points) - 1):
         if not joined[k]:
             continue
+        before, after = reaches[k, 0], reaches[k, 1]
         ax, ay, az = points[k, 0], points[k, 1], points[k, 2]
         ux, uy, uz = points[k + 1, 0] - ax, points[k + 1, 1] - ay, points[k + 1, 2] - az
         length = np.sqrt(ux * ux + uy * uy + uz * uz)
@@ -66,7 +80,8 @@ def draw_tube(
         bottom = min(rows - 1, int(np.floor(max(ay, points[k + 1, 1]) + radius - 0.5)))
         for i in range(top, bottom + 1):
             dy = i + 0.5 - ay
-            for j in range(left, right + 1):
+            first, last = _columns(left, right, ax, ux, -before - dy * uy, length * along + after - dy * uy)
+            for j in range(first, last + 1):
                 dx = j + 0.5 - ax
                 g = dx * ux + dy * uy
                 inside = g * g * uz * uz - along * (dx * dx + dy * dy - g * g - radius * radius)
@@ -111,3 +126,21 @@ def joined(yarn: Tube) -> npt.NDArray[np.bool_]:
     found = np.ones(len(yarn.points) - 1, dtype=np.bool_)
     found[np.cumsum(yarn.sizes)[:-1] - 1] = False
     return found
+
+
+def reaches_of(points: FloatArray, joined: npt.NDArray[np.bool_], radius: float) -> FloatArray:
+    """Return how far beyond its two points a segment can be seen along it as the eye has it, (n - 1, 2) [pixel].
+
+    At an end of a piece that is the radius of the ball there. At a joint the ball shows in the wedge between two
+    segments alone; of a segment that leans to the eye its round end shows too.
+    """
+    step = np.diff(points, axis=0)
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    along = step / np.where(length > 0.0, length, 1.0)
+    # Tangent of half the angle between two segments.
+    bend = np.linalg.norm(along[1:] - along[:-1], axis=1) / np.maximum(
+        np.linalg.norm(along[1:] + along[:-1], axis=1), 1e-9
+    )
+    wedge = np.where(joined[1:] & joined[:-1], bend, 1.0)
+    found = np.stack([np.append(1.0, wedge), np.append(wedge, 1.0)], axis=1)
+    return np.asarray(radius * np.minimum(found + np.abs(along[:, 2:]), 1.0) + 1.0)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.raster import NOTHING, draw_tube, joined, tangents_of
+from app.raster import NOTHING, draw_tube, joined, reaches_of, tangents_of
 from app.tubes import Tube
 from knitlab_core.jit import kernel
 
@@ -98,9 +98,11 @@ def highest_along(height: npt.NDArray[np.float32], reach: int, found: npt.NDArra
     """Fill the largest value within a reach along each row."""
     rows, columns = height.shape
     for i in range(rows):
-        for k in range(-reach, reach + 1):
-            for j in range(max(0, -k), min(columns, columns - k)):
-                found[i, j] = max(found[i, j], height[i, j + k])
+        for k in range(-min(reach, columns), min(reach, columns) + 1):
+            # Slices, for vector code is made of plain indices alone.
+            target, beside = found[i, max(0, -k) : columns - max(0, k)], height[i, max(0, k) : columns - max(0, -k)]
+            for j in range(len(target)):
+                target[j] = max(target[j], beside[j])
 
 
 @kernel
@@ -109,10 +111,11 @@ def blurred_along(given: npt.NDArray[np.float32], weights: FloatArray, found: np
     rows, columns = given.shape
     reach = len(weights) // 2
     for i in range(rows):
-        for k in range(-reach, reach + 1):
+        for k in range(-min(reach, columns), min(reach, columns) + 1):
             weight = np.float32(weights[k + reach])
-            for j in range(max(0, -k), min(columns, columns - k)):
-                found[i, j] += weight * given[i, j + k]
+            target, beside = found[i, max(0, -k) : columns - max(0, k)], given[i, max(0, k) : columns - max(0, -k)]
+            for j in range(len(target)):
+                target[j] += weight * beside[j]
 
 
 def tube_images(
@@ -158,13 +161,14 @@ def _lit(
     highest = np.full(shape, NOTHING, dtype=np.float32)
     lamps = LAMPS / np.append(np.linalg.norm(LAMPS[:, :3], axis=1, keepdims=True) * np.ones(3), np.ones((2, 1)), axis=1)
     tangents, pieces = tangents_of(points, one.sizes), joined(one)
+    reaches = reaches_of(points, pieces, radius)
     for top in range(0, rows, BAND):
         band = slice(top, min(top + BAND, rows))
         fine = (FINENESS * (band.stop - top), FINENESS * columns)
         height, normal = np.full(fine, NOTHING, dtype=np.float32), np.empty((3, *fine), dtype=np.float32)
         value = np.empty(fine, dtype=np.float32)
         lowered = points - np.array([0.0, FINENESS * top, 0.0])
-        draw_tube(lowered, tangents, one.values, pieces, radius, height, normal, value)
+        draw_tube(lowered, tangents, one.values, pieces, reaches, radius, height, normal, value)
         light(height, normal, value, limits, table, lamps, image[band], seen[band], highest[band])
     return image, seen, highest
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.signal import lfilter
 
-from app.raster import NOTHING, draw_tube, joined, tangents_of
+from app.raster import NOTHING, draw_tube, joined, reaches_of, tangents_of
 from app.sem.raster import draw_block, openness
 
 if TYPE_CHECKING:
@@ -114,7 +114,9 @@ def _surfaces(yarn: Tube, blocks: Sequence[Block], view: View) -> tuple[FloatIma
     before = height.copy()
     points = FINENESS * view.on_image(1e-3 * yarn.points)
     radius = 1e-3 * yarn.radius / view.pixel * FINENESS
-    draw_tube(points, tangents_of(points, yarn.sizes), yarn.values, joined(yarn), radius, height, normal, value)
+    pieces = joined(yarn)
+    reaches = reaches_of(points, pieces, radius)
+    draw_tube(points, tangents_of(points, yarn.sizes), yarn.values, pieces, reaches, radius, height, normal, value)
     silicon[height > before] = False
     return height, facing, silicon
 

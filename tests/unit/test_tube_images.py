@@ -66,3 +66,16 @@ def test_the_side_towards_the_lamp_is_brighter() -> None:
 def test_pieces_are_not_joined() -> None:
     found = image(tubes(line((0.5, 3.0, 0.0), (3.0, 3.0, 0.0)), line((7.0, 3.0, 0.0), (9.5, 3.0, 0.0))))
     assert (found[:, 80:120] == 255.0).all()
+
+
+@pytest.mark.parametrize("count", [8, 15, 120])
+def test_nothing_that_is_seen_of_a_tube_is_left_out(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A helix with sharp bends where points are few, and a piece that goes straight to the eye.
+    turn = np.linspace(0.0, 12.0, count)
+    helix = np.stack([5.0 + 3.0 * np.cos(turn), 3.0 + 2.0 * np.sin(turn), 2.0 * np.sin(3.0 * turn)], axis=1)
+    one = tubes(helix, line((1.0, 1.0, -1.0), (1.0, 1.0, 3.0)))
+    culled = image(one)
+    monkeypatch.setattr(
+        "app.tube_images.reaches_of", lambda points, _, radius: np.full((len(points) - 1, 2), radius + 1)
+    )
+    assert (image(one) == culled).all()
