@@ -30,10 +30,12 @@ def warm_up() -> None:
     from app import cli  # noqa: F401, PLC0415 (the entry point, which every process imports)
     from app.schemas import loads  # noqa: PLC0415
     from app.service import child  # noqa: F401, PLC0415
+    from app.tube_images import prepare  # noqa: PLC0415
     from app.usecases import run_loaded  # noqa: PLC0415
 
     with tempfile.TemporaryDirectory() as folder:
         run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, draw=None)
+    prepare()
     gc.collect()
     gc.freeze()  # pages that the collector does not touch stay shared
 
