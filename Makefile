@@ -52,10 +52,10 @@ clean:  ## Remove what was installed, built and cached here.
 
 .venv/installed: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing knitlab into .venv (once)"
-	$(PIP) --editable '.[pictures,printing]'
+	$(PIP) --editable '.[printing]'
 	@touch $@
 
 .venv/installed-dev: pyproject.toml constraints.txt | .venv/bin/python
 	@echo "Installing knitlab and its checkers into .venv (once)"
-	$(PIP) --editable '.[pictures,printing,test,dev]'
+	$(PIP) --editable '.[printing,test,dev]'
 	@touch $@ .venv/installed

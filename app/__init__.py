@@ -7,3 +7,5 @@ import os
 
 # How a long sum is shared out among threads shows in its last bits, and so in the rows of a run that goes on elsewhere.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+# Plugins of pydantic are none of ours, and looking for them opens the metadata of every installed package.
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")

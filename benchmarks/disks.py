@@ -92,7 +92,7 @@ def knitlab(*words: object, pictures: bool = False, prepare: Callable[[], None] 
 
 def _run(words: list[str], *, pictures: bool, prepare: Callable[[], None] | None) -> None:
     """Be the command; never return."""
-    from app.cli import main as cli
+    from app.cli.main import main as cli
 
     code: object = 1
     try:
@@ -100,7 +100,7 @@ def _run(words: list[str], *, pictures: bool, prepare: Callable[[], None] | None
             prepare()
         plain = words[0] in {"run", "resume"} and not pictures
         sys.argv = ["knitlab", *words, *(["--no-pictures"] if plain else [])]
-        cli.main()
+        cli()
         code = 0
     except SystemExit as left:
         code = left.code or 0
@@ -362,7 +362,6 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=300)
     parser.add_argument("--seed", type=int, default=25)
     asked = parser.parse_args()
-    import app.printing.job
     import app.runs.use_cases  # noqa: F401 (forked with every trial)
 
     if asked.what == "full":

@@ -8,18 +8,23 @@ written the kernels work all the same and are compiled in every process. Each of
 from __future__ import annotations
 
 import hashlib
+import io
 import logging
 import os
 import pickle
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import llvmlite.binding as llvm
 from numba.core.caching import (
     CompileResultCacheImpl,
     FunctionCache,
     IndexDataCacheFile,
     UserProvidedCacheLocator,
 )
+from numba.core.environment import Environment, lookup_environment
+from numba.core.runtime.nrt import rtsys
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,6 +79,32 @@ def _read(path: Path) -> bytes:
     return data
 
 
+def _environment(_module: str, constants: list[Any], name: str) -> Environment:
+    """Return the environment of a compiled function, with its constants alone.
+
+    numba also imports the function's module: for NumPy's functions those of numba that compile them, and SciPy's linear
+    algebra with them. Kernels, which are never in object mode, do not look there.
+    """
+    found = lookup_environment(name)  # type: ignore[no-untyped-call] # numba's own, as below
+    if isinstance(found, Environment):
+        return found
+    made = Environment({})
+    made.consts[:] = constants
+    made.env_name = name
+    Environment._memo[name] = made  # noqa: SLF001 (as numba's own does)
+    return made
+
+
+class _KernelUnpickler(pickle.Unpickler):
+    """Load a kernel, and nothing with which numba would compile it."""
+
+    def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 (whatever is in it)
+        """Return what a name in a pickle stands for."""
+        if (module, name) == ("numba.core.environment", "_rebuild_env"):
+            return _environment
+        return super().find_class(module, name)
+
+
 class _File(IndexDataCacheFile):
     """Index and data files of one kernel, each with its digest."""
 
@@ -92,7 +123,7 @@ class _File(IndexDataCacheFile):
     def _load_data(self, name: str) -> Any:  # noqa: ANN401 (numba's own type)
         path = Path(self._cache_path) / name
         try:
-            return pickle.loads(_read(path))  # noqa: S301 (as above)
+            return _KernelUnpickler(io.BytesIO(_read(path))).load()
         except _DamagedError as error:
             self._damaged(path)
             raise FileNotFoundError(path) from error
@@ -124,8 +155,35 @@ class _Locator(UserProvidedCacheLocator):
         """Make no folder and no trial file for every kernel on import; what cannot be written is found when writing."""
 
 
+def _names_alone(bitcode: bytes) -> bytes:
+    """Return a module of LLVM that defines what another does, all of it empty."""
+    module = llvm.parse_bitcode(bitcode)
+    lines = [f'define void @"{one.name}"() {{ ret void }}' for one in module.functions if not one.is_declaration]
+    lines += [f'@"{one.name}" = global i8 0' for one in module.global_variables if not one.is_declaration]
+    return bytes(llvm.parse_assembly("\n".join(lines)).as_bitcode())
+
+
 class _Implementation(CompileResultCacheImpl):
+    """What is kept of a kernel: its machine code, and its code of LLVM for kernels that are compiled later and call it.
+
+    numba parses the second whenever it loads the first, which takes longer than all else. It looks for names in it, so
+    those are kept a second time, and the whole is parsed when a kernel is linked with it.
+    """
+
     _locator_classes = [_Locator]  # noqa: RUF012 (as numba has it)
+
+    def reduce(self, data: Any) -> Any:  # noqa: ANN401 (numba's own types)
+        """Return what is kept of a kernel."""
+        (name, kind, (machine_code, bitcode)), *more = super().reduce(data)  # type: ignore[no-untyped-call] # as below
+        return bitcode, ((name, kind, (machine_code, _names_alone(bitcode))), *more)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401 (numba's own types)
+        """Return a kernel from what was kept of it."""
+        bitcode, shortened = payload
+        result = super().rebuild(target_context, shortened)  # type: ignore[no-untyped-call] # numba's own
+        parse = lru_cache(maxsize=1)(partial(llvm.parse_bitcode, bitcode))
+        result.library._get_module_for_linking = parse  # noqa: SLF001 (no other way to have it wait)
+        return result
 
 
 class KernelCache(FunctionCache):
@@ -146,6 +204,16 @@ class KernelCache(FunctionCache):
             filename_base=self._impl.filename_base,
             source_stamp=self._impl.locator.get_source_stamp(),
         )
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401 (numba's own types)
+        """Return a kernel that was kept, or None.
+
+        numba would first load all that it can compile, which takes as long as the kernels of a run do; a kernel that
+        has to be compiled after all has numba do it then.
+        """
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call] # numba's own
 
     def save_overload(self, sig: Any, data: Any) -> None:  # noqa: ANN401 (numba's own types)
         """Keep what was compiled; where that fails, say so once and keep nothing more in this process."""

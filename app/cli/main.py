@@ -160,9 +160,7 @@ def preview(
     folder = Path() if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / f"{file_stem(loaded.protocol.name)}_specimen.png"
-    note = specimen_picture(specimen, picture).note
-    if note:
-        complain(note)
+    specimen_picture(specimen, picture)
     facts = describe(specimen)
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})

@@ -13,7 +13,6 @@ from knitlab_core.errors import SpecificationError
 from rigs.logs.catalogue import LOGS, defaults
 from rigs.logs.locales import localised
 from rigs.logs.logged import Logged
-from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
 from rigs.protocol.bounds import require_label
@@ -128,6 +127,8 @@ def export_log(
 def _written(log: Log, test: Logged, path: Path) -> Path:
     parts, facts = log.gather(test)
     if log.kind == "sheet":
+        from rigs.logs.sheet import write_sheet  # noqa: PLC0415 (few instruments write workbooks)
+
         return write_whole(path, [write_sheet(log.dialect, parts, test.start())])
     return write_whole(path, write_log(log.dialect, parts, facts))
 

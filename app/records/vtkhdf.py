@@ -118,59 +118,80 @@ def growing(group: h5py.Group) -> dict[str, h5py.Dataset]:
     return found
 
 
-def append_frame(file: h5py.File, frame: Frame, image: int) -> None:
-    """Add a step.
+class FrameWriter:
+    """Add steps to the frames of a record, whose datasets it looks up once.
 
     Parameters
     ----------
     file : h5py.File
         The record of a run.
-    frame : Frame
-        The shape.
-    image : int
-        Index of the image's name in ``/tags``; `NO_IMAGE` where none is taken.
     """
-    group = file[GROUP]
-    step = int(group["Steps"].attrs["NSteps"])
-    values: dict[str, object] = {
-        "Points": frame.nodes,
-        "CellData/axial_strain": frame.axial_strain,
-        "CellData/bending_strain": frame.bending_strain,
-        "PointData/contact_force": frame.contact_force,
-        **{f"FieldData/strain_{axis}": strain for axis, strain in frame.strain.items()},
-        "FieldData/cycle": frame.cycle,
-        "FieldData/phase": PHASES.index(frame.phase),
-        "FieldData/image": image,
-        WIRES: frame.wires.reshape(-1, 6),
-        "Steps/NumberOfParts": 1,
-        "Steps/PointOffsets": step * len(frame.nodes),
-    }
-    columns = growing(group)
-    times = columns.pop(TIMES)
-    for name, dataset in columns.items():
-        _append(dataset, step, values[name] if name in values else _place(group, name, step))
-    # Data first: a step that is counted is there. VTK breaks down where there are more times than steps.
-    file.flush()
-    _append(times, step, frame.time)
-    group["Steps"].attrs.modify("NSteps", step + 1)
-    file.flush()
+
+    def __init__(self, file: h5py.File) -> None:
+        self._file, self._group = file, file[GROUP]
+        self._columns = growing(self._group)
+        self._times = self._columns.pop(TIMES)
+        self._rows = {name: int(dataset.attrs["rows"]) for name, dataset in self._columns.items()}
+        # What the table of steps says of a step: a value, and by how much it rises from step to step.
+        self._places = {name: self._place(name) for name in self._columns if name.startswith("Steps/")}
+        self._steps = int(self._group["Steps"].attrs["NSteps"])
+
+    def append(self, frame: Frame, image: int) -> None:
+        """Add a step.
+
+        Parameters
+        ----------
+        frame : Frame
+            The shape.
+        image : int
+            Index of the image's name in ``/tags``; `NO_IMAGE` where none is taken.
+        """
+        step = self._steps
+        values: dict[str, object] = {
+            "Points": frame.nodes,
+            "CellData/axial_strain": frame.axial_strain,
+            "CellData/bending_strain": frame.bending_strain,
+            "PointData/contact_force": frame.contact_force,
+            **{f"FieldData/strain_{axis}": strain for axis, strain in frame.strain.items()},
+            "FieldData/cycle": frame.cycle,
+            "FieldData/phase": PHASES.index(frame.phase),
+            "FieldData/image": image,
+            WIRES: frame.wires.reshape(-1, 6),
+            **{name: np.array(start) + step * rise for name, (start, rise) in self._places.items()},
+            "Steps/PointOffsets": step * len(frame.nodes),
+        }
+        for name, dataset in self._columns.items():
+            _append(dataset, step, self._rows[name], values[name])
+        # Data first: a step that is counted is there. VTK breaks down where there are more times than steps.
+        self._file.flush()
+        _append(self._times, step, 1, frame.time)
+        self._group["Steps"].attrs.modify("NSteps", step + 1)
+        self._file.flush()
+        self._steps = step + 1
+
+    def _place(self, name: str) -> tuple[tuple[int, ...] | int, int]:
+        """Return where step 0 has its rows of an array, or how large its field is, and the rise from step to step.
+
+        Lines and parts are those of step 0.
+        """
+        _, table, *array = name.split("/")
+        if table == "FieldDataSizes":
+            field = f"FieldData/{array[0]}"
+            return (int(np.prod(self._columns[field].shape[1:])), self._rows[field]), 0
+        if table in {"PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"}:
+            return 0, self._rows[f"{table.removesuffix('Offsets')}/{array[0]}"]
+        return int(table == "NumberOfParts"), 0
 
 
-def _append(dataset: h5py.Dataset, step: int, values: object) -> None:
-    rows = int(dataset.attrs["rows"])
-    dataset.resize((step + 1) * rows, axis=0)
-    dataset[step * rows :] = values
-
-
-def _place(group: h5py.Group, name: str, step: int) -> object:
-    """Return where a step's rows of an array begin, or how large its field is; lines and parts are those of step 0."""
-    _, table, *array = name.split("/")
-    if table == "FieldDataSizes":
-        field = group[f"FieldData/{array[0]}"]
-        return (int(np.prod(field.shape[1:])), int(field.attrs["rows"]))
-    if table in {"PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"}:
-        return step * int(group[f"{table.removesuffix('Offsets')}/{array[0]}"].attrs["rows"])
-    return 0
+def _append(dataset: h5py.Dataset, step: int, rows: int, values: object) -> None:
+    """Write the rows of a step, without the looking up that h5py does for any index: it takes longer than writing."""
+    begin, shape = step * rows, (rows, *dataset.shape[1:])
+    column = dataset.id
+    column.set_extent((begin + rows, *shape[1:]))
+    place = column.get_space()
+    place.select_hyperslab((begin, *(0,) * (len(shape) - 1)), shape)
+    numbers = np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=dataset.dtype), shape))
+    column.write(h5py.h5s.create_simple(shape), place, numbers)
 
 
 def count_frames(file: h5py.File) -> int:

@@ -17,7 +17,7 @@ from app.records.layout import END, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, UNF
 from app.records.row_checksum import CHECKSUM, checked, row_checksum
 from app.records.seal import seal, sealed_size
 from app.records.staged_file import StagedFile
-from app.records.vtkhdf import NO_IMAGE, append_frame
+from app.records.vtkhdf import NO_IMAGE, FrameWriter
 from rigs.record import ENDS, PHASES
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ class RunWriter:
         self._columns = {name: column.id for name, column in self._file["equilibria"].items()}
         self._checked = checked(self._columns)
         self._rows = len(self._file["equilibria/time"])
+        self._frames = FrameWriter(self._file)
         self._unpassed = self._limits_ahead()
 
     @property
@@ -134,7 +135,7 @@ class RunWriter:
 
     def add_frame(self, frame: Frame) -> None:
         """Add the shape of the knit at an equilibrium."""
-        append_frame(self._file, frame, self._tag(frame.image))
+        self._frames.append(frame, self._tag(frame.image))
         self._commit()
 
     def add_step(self, step: StepRecord) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
@@ -308,8 +307,7 @@ def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) 
     images_of(run, folder, name, progress)
     if drawn is not None:
         progress(TESTED, "drawing the curves and the knit")
-        if note := drawn():
-            sys.stderr.write(note + "\n")
+        drawn()
     progress(1.0, "done")
 
 

@@ -30,9 +30,11 @@ def warm_up() -> None:
     from app.runs.use_cases import run_loaded  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.service import job_process  # noqa: F401, PLC0415
+    from app.views.tube_images import prepare  # noqa: PLC0415
 
     with tempfile.TemporaryDirectory() as folder:
         run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, draw=None)
+    prepare()
     gc.collect()
     gc.freeze()  # pages that the collector does not touch stay shared
 

@@ -11,6 +11,7 @@ import numpy as np
 from app.records.results import protocol_of, zeroings_of
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.cycles import stress_strain
+from rigs.instruments.pchip import Pchip
 from rigs.instruments.signals import zero_offset
 from rigs.jumps import parted
 from rigs.protocol.steps import Cycle, Preload, Ramp, UntilRupture
@@ -223,15 +224,13 @@ def _smooth(rows: FloatArray) -> FloatArray:
 
     Rows at one time are a jump, and are joined by a straight line.
     """
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (only when a plot is wanted)
-
     jumps = np.flatnonzero(np.diff(rows[0]) <= 0.0) + 1
     pieces = []
     for piece in np.split(rows, jumps, axis=1):
         count = piece.shape[1]
         if count > 2:
             at = np.interp(np.arange((count - 1) * PER_ROW + 1) / PER_ROW, np.arange(count), piece[0])
-            piece = np.concatenate([at[None], PchipInterpolator(piece[0], piece[1:], axis=1)(at)])  # noqa: PLW2901
+            piece = np.concatenate([at[None], Pchip.through(piece[0], piece[1:].T)(at).T])  # noqa: PLW2901
         pieces.append(piece)
     return np.concatenate(pieces, axis=1)
 

@@ -16,13 +16,16 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    Draw = Callable[[Path, str], Callable[[], str]]
+    Draw = Callable[[Path, str], Callable[[], None]]
+
+DRAWN: Final = b"drawn\n"
+"""What a process says that has drawn."""
 
 IDLE_SECONDS: Final = 120.0
 """Time that a process which is ready to draw waits for a record [s]; it does not hold memory through a long test."""
 
 
-def draw_pictures(record: Path, name: str) -> str:
+def draw_pictures(record: Path, name: str) -> None:
     """Draw the plot and the knit of a record that has rows, into its folder.
 
     Parameters
@@ -31,21 +34,16 @@ def draw_pictures(record: Path, name: str) -> str:
         ``run.h5``.
     name : str
         What the names of the files begin with.
-
-    Returns
-    -------
-    str
-        A note if VTK did not paint; else empty.
     """
     from app.views.plots import stress_strain_plot  # noqa: PLC0415
     from app.views.renders import knit_frames  # noqa: PLC0415 (matplotlib: only where something is drawn)
 
     run = RunReader(record)
     stress_strain_plot(run, record.with_name(f"{name}_stress_strain.png"))
-    return knit_frames(run, record.with_name(f"{name}_knit.png")).note
+    knit_frames(run, record.with_name(f"{name}_knit.png"))
 
 
-def draw_here(record: Path, name: str) -> Callable[[], str]:
+def draw_here(record: Path, name: str) -> Callable[[], None]:
     """Return a function that draws in this process, as `draw_pictures` does."""
     return lambda: draw_pictures(record, name)
 
@@ -60,17 +58,17 @@ class Drawer:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = beside.start("app.views.drawing_process")
 
-    def __call__(self, record: Path, name: str) -> Callable[[], str]:
-        """Begin to draw; return a function that waits for the end of it and gives the note of `draw_pictures`."""
+    def __call__(self, record: Path, name: str) -> Callable[[], None]:
+        """Begin to draw; return a function that waits for the end of it."""
         asked = json.dumps([str(record.absolute()), name]).encode() + b"\n"
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError):  # it has left: the answer will be empty
                 self._process.stdin.write(asked)
                 self._process.stdin.flush()
 
-        def wait() -> str:
-            answer = self._answer()
-            return str(json.loads(answer)) if answer.endswith(b"\n") else draw_pictures(record, name)
+        def wait() -> None:
+            if self._answer() != DRAWN:
+                draw_pictures(record, name)
 
         return wait
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.records.folder import whole_file
 from app.views.curves import curves_of, force_unit, stress_unit
 from app.views.lettering import boxes_allowed, write_plainly
 from knitlab_core.errors import SpecificationError
@@ -41,6 +40,8 @@ LINES: Mapping[str, str] = {"-": "full", "--": "dashed", ":": "dotted or a dot",
 MARKS = ("X", "P")
 BEYOND = "#A3005C"
 MOST_CYCLES = 4
+#: Height of titles, on top of the axes: said, for matplotlib looks for it among all ticks else, a tenth of the time.
+TITLE = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,21 +80,22 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     _plot_times(force_time, strain_time, curves)
     name = run.provenance.get("name")
     heading = f"{name}: effective stress and strain" if name else "Effective stress and strain"
-    write_plainly([main.set_title(heading, fontsize=13, loc="left")])
+    write_plainly([main.set_title(heading, fontsize=13, loc="left", y=TITLE)])
     return finish(figure, (main, force_time, strain_time), path)
 
 
 def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
     """Give the parts of a figure the frame and the grid that all plots have, and write it."""
+    from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
+
     for axes in parts:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(color="#e6e6e6", lw=0.6)
         axes.set_axisbelow(True)
         legend = axes.get_legend()
         write_plainly([] if legend is None else legend.get_texts())
-    with whole_file(path) as temporary, boxes_allowed():
-        figure.savefig(temporary, dpi=200, facecolor="white")
-    return path
+    with boxes_allowed():
+        return save(figure, path)
 
 
 def _split(axes: Axes) -> tuple[Axes, Axes]:
@@ -221,7 +223,8 @@ def _plot_times(force_time: Axes, strain_time: Axes, curves: Sequence[Curve]) ->
             strain_time.plot(part.time, 100 * part.strain, color=colour, lw=1.4, ls=dashes)
     draw_marks(force_time, curves, lambda mark: (mark.time, factor * mark.force))
     draw_marks(strain_time, curves, lambda mark: (mark.time, 100 * mark.strain))
-    force_time.set(ylabel=f"force [{unit}]", title="over time")
+    force_time.set_ylabel(f"force [{unit}]")
+    force_time.set_title("over time", y=TITLE)
     strain_time.set(xlabel="time [s]", ylabel="strain [%]")
     force_time.tick_params(labelbottom=False)
 

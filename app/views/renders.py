@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.records.folder import whole_file
 from app.views.cameras import FROM_ABOVE, view_of
 from app.views.curves import prefixed
-from app.views.painters import fit_window, paint_lines, vtk_images
-from app.views.plots import BEYOND, NAMES
-from app.views.tubes import Tube, tube
+from app.views.plots import BEYOND, NAMES, TITLE
+from app.views.tube_images import tube_images
+from app.views.tubes import fit_window, tube
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from app.records.reader import RunReader
     from app.views.cameras import View
+    from app.views.tubes import Tube
     from knitlab_core.knits import Specimen
     from rigs.axes import FloatArray
     from rigs.record import Frame
@@ -31,7 +31,6 @@ AXIAL = "axial strain of the yarn [%]"
 #: Light to dark, and from both sides of zero for values with signs; both sound for colour-blind readers.
 HEIGHTS = "YlGnBu"
 SIGNED = "coolwarm"
-DPI = 200
 MARK = 0.2
 MARK_SLACK = 0.005
 #: Frames at whole strains between the first and the peak, about.
@@ -47,14 +46,7 @@ SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "c
 }
 
 
-class Picture(NamedTuple):
-    """Say where a picture is and, if VTK did not paint it, why not."""
-
-    path: Path
-    note: str
-
-
-def knit_frames(run: RunReader, path: Path) -> Picture:
+def knit_frames(run: RunReader, path: Path) -> Path:
     """Draw the knit on its way to the largest strain: first, middle, peak and every 20 %, on one scale.
 
     Where a fibre is strained beyond a limit of its material the title says so, and crosses mark the spots.
@@ -68,14 +60,16 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
 
     Returns
     -------
-    Picture
-        The path, and a note if VTK did not paint it.
+    Path
+        The same path.
 
     Raises
     ------
     SpecificationError
         If the run kept no frame.
     """
+    from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a picture is wanted)
+
     frames = marked_frames(run.frames())
     if not frames:
         raise SpecificationError("run.frames", 0, "at least one frame to draw")
@@ -91,12 +85,14 @@ def knit_frames(run: RunReader, path: Path) -> Picture:
         titles = [
             f"{title}\n× beyond the {limit.text}" if at else title for title, at in zip(titles, spots, strict=True)
         ]
-    figure, note = draw(tubes, titles, AXIAL, signed=True, view=view)
-    for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
-        _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
-        for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
-            axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
-    return Picture(_save(figure, path), note)
+
+    def add(figure: Figure) -> None:
+        for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
+            _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
+            for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
+                axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
+
+    return save(draw(tubes, titles, AXIAL, add, signed=True, view=view), path)
 
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
@@ -137,7 +133,7 @@ def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
     return nodes
 
 
-def specimen_picture(specimen: Specimen, path: Path) -> Picture:
+def specimen_picture(specimen: Specimen, path: Path) -> Path:
     """Draw a specimen as it was made, coloured by height, with its boundary sites.
 
     Parameters
@@ -149,9 +145,11 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
 
     Returns
     -------
-    Picture
-        The path, and a note if VTK did not paint it.
+    Path
+        The same path.
     """
+    from app.views.plotting import save  # noqa: PLC0415 (as above)
+
     layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
     title = (
         f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {_length(specimen.loop_width)}, "
@@ -164,21 +162,28 @@ def specimen_picture(specimen: Specimen, path: Path) -> Picture:
     view = view_of(volumetric="pile+" in specimen.sites)
     strands = [len(strand) for strand in specimen.strands]
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
-    figure, note = draw([seen], [title], f"height z [{letter}m]", view=view)
-    axes = figure.axes[0]
     # A knit with hundreds of sites must still be seen behind them.
     size = min(7.0, 60.0 / np.sqrt(sum(len(indices) for indices in specimen.sites.values())))
-    for name, indices in specimen.sites.items():
-        x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
-        colour = SITE_COLOURS.get(name, "black")
-        axes.plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
-    figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
-    return Picture(_save(figure, path), note)
+
+    def add(figure: Figure) -> None:
+        for name, indices in specimen.sites.items():
+            x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
+            colour = SITE_COLOURS.get(name, "black")
+            figure.axes[0].plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
+        figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
+
+    return save(draw([seen], [title], f"height z [{letter}m]", add, view=view), path)
 
 
 def draw(
-    tubes: Sequence[Tube], titles: Sequence[str], label: str, *, signed: bool = False, view: View = FROM_ABOVE
-) -> tuple[Figure, str]:
+    tubes: Sequence[Tube],
+    titles: Sequence[str],
+    label: str,
+    add: Callable[[Figure], None],
+    *,
+    signed: bool = False,
+    view: View = FROM_ABOVE,
+) -> Figure:
     """Draw tubes side by side on one scale of colour and length.
 
     Parameters
@@ -189,6 +194,8 @@ def draw(
         One per tube.
     label : str
         Words beside the colour bar.
+    add : callable
+        Adds what belongs on top, before the page is laid out.
     signed : bool
         Whether values have signs, and their colours part at zero.
     view : View
@@ -196,14 +203,15 @@ def draw(
 
     Returns
     -------
-    figure : Figure
+    Figure
         Its first axes are the tubes'.
-    note : str
-        Why VTK did not paint; empty if it did.
     """
-    from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - imported when a picture is wanted
+    from matplotlib import colormaps  # noqa: PLC0415 - imported when a picture is wanted
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
     from matplotlib.colors import Normalize  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
+
+    from app.views.plotting import DPI, PixelImage, lay_out  # noqa: PLC0415
 
     window = fit_window(tubes)
     width, height = window[1] - window[0], window[3] - window[2]
@@ -223,17 +231,14 @@ def draw(
     bar.ax.set_ylim(low, high)
     bar.set_label(label, fontsize=12)
     _fit_units(row, max(width, height))
+    add(figure)
     # Laid out now, so that an image has the pixels its place on the page has.
-    figure.draw_without_rendering()
+    lay_out(figure)
     pixels = DPI * row[0].get_position().width * figure.get_figwidth() / width
-    images = vtk_images(tubes, window, pixels=pixels, limits=limits, colours=colours)
-    if isinstance(images, str):
-        for axes, one in zip(row, tubes, strict=True):
-            paint_lines(axes, one, window, scale)
-        return figure, f"drawn with matplotlib: {images}"
-    for axes, image in zip(row, images, strict=True):
-        axes.imshow(image, extent=window, interpolation="nearest", zorder=2)
-    return figure, ""
+    table = colormaps[colours](np.arange(256))[:, :3]
+    for axes, image in zip(row, tube_images(tubes, window, pixels=pixels, limits=limits, table=table), strict=True):
+        axes.add_artist(PixelImage(image))
+    return figure
 
 
 def colour_limits(values: FloatArray, *, signed: bool) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -264,7 +269,7 @@ def _fit_units(row: Sequence[Axes], extent: float) -> None:
 
 def _dress(axes: Axes, title: str, window: tuple[float, float, float, float]) -> None:
     axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
-    axes.set_title(title, fontsize=13)
+    axes.set_title(title, fontsize=13, y=TITLE)
     axes.tick_params(length=3, labelsize=10)
     for side in axes.spines.values():
         side.set_color("#bbbbbb")
@@ -289,9 +294,3 @@ def _strain_title(frame: Frame) -> str:
     if len(set(shares.values())) == 1 and len(shares) > 1:
         return f"strain {next(iter(shares.values()))}"
     return "strain: " + ", ".join(f"{name} {share}" for name, share in shares.items())
-
-
-def _save(figure: Figure, path: Path) -> Path:
-    with whole_file(path) as temporary:
-        figure.savefig(temporary, dpi=DPI, facecolor="white")
-    return path

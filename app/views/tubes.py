@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rigs.axes import FloatArray, IntArray
 
 FEWEST_POINTS: Final = 3
+Window = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,3 +121,11 @@ def _shown(nodes: FloatArray, values: FloatArray, per_span: int) -> FloatArray:
     steps = np.arange((len(nodes) - 2) * per_span + 1) / per_span
     shown = np.interp(steps, np.arange(len(values)), values)
     return np.concatenate([shown[:1], shown, shown[-1:]])
+
+
+def fit_window(tubes: Sequence[Tube], margin: float = 0.04) -> Window:
+    """Return the smallest window x₀, x₁, y₀, y₁ [mm] that shows every tube, with a margin (share of its size)."""
+    low = np.min([one.points.min(axis=0) - one.radius for one in tubes], axis=0)[:2]
+    high = np.max([one.points.max(axis=0) + one.radius for one in tubes], axis=0)[:2]
+    room = margin * float((high - low).max())
+    return (float(low[0] - room), float(high[0] + room), float(low[1] - room), float(high[1] + room))

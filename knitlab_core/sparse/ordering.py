@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from knitlab_core.arrays import FloatArray, IndexArray
 from knitlab_core.jit import kernel
@@ -41,10 +40,9 @@ def node_graph(pattern: Pattern) -> Graph:
     n = pattern.diagonal.size
     off = pattern.rows != pattern.columns
     i, j = pattern.rows[off], pattern.columns[off]
-    both = sparse.coo_matrix(
-        (np.ones(2 * i.size, dtype=np.int8), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)
-    ).tocsr()
-    return Graph(both.indptr.astype(np.int64), both.indices.astype(np.int64))
+    # Row by row, each in the order of its columns.
+    both = np.sort(np.concatenate([i * n + j, j * n + i]))
+    return Graph(np.searchsorted(both, n * np.arange(n + 1)), both % n)
 
 
 @kernel

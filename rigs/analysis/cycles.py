@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
+from rigs.instruments.pchip import Pchip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -199,8 +200,6 @@ def _turns(strain: FloatArray) -> list[int]:
 
 def _branch_work(strain: FloatArray, stress: FloatArray) -> float:
     """Return ∫ σ dε of one branch [J/m³]."""
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 (11 MB that a test need not carry to its end)
-
     rise = np.diff(strain)
     still = np.abs(rise) <= STILL * np.ptp(strain)
     way = np.sign(strain[-1] - strain[0])
@@ -210,9 +209,7 @@ def _branch_work(strain: FloatArray, stress: FloatArray) -> float:
     # Between rows at one strain stress may jump, so a curve ends before them and another begins after.
     for rows in np.split(np.arange(len(strain)), np.flatnonzero(still) + 1):
         if len(rows) > 1:
-            work += way * float(
-                PchipInterpolator(way * strain[rows], stress[rows]).integrate(*(way * strain[rows[[0, -1]]]))
-            )
+            work += way * Pchip.through(way * strain[rows], stress[rows]).integral()
     return float(work)
 
 

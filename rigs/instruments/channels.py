@@ -16,7 +16,17 @@ import numpy as np
 
 from knitlab_core.errors import SpecificationError
 from rigs.instruments.samples import Samples, merged
-from rigs.instruments.signals import Curve, Lag, Offset, add_noise, drift, noise_stream, quantise, saturate, stamps
+from rigs.instruments.signals import (
+    Curve,
+    Lag,
+    Offset,
+    add_noise,
+    drift,
+    noise_stream,
+    quantise,
+    saturate,
+    stamps,
+)
 from rigs.instruments.ticks import PART, Stretch, ticks
 from rigs.jumps import jump_times, jumped, parted
 

@@ -39,7 +39,8 @@ def write_sheet(dialect: Dialect, parts: Iterable[Channels], created: datetime) 
         If a sheet has not so many lines.
     """
     stream = io.BytesIO()
-    book = Workbook(stream, {"in_memory": True})
+    # Rows go to a temporary file as they are written; texts then stand in their cells and not in a table of all.
+    book = Workbook(stream, {"constant_memory": True})
     book.set_properties({"created": created.replace(tzinfo=None)})
     sheet = book.add_worksheet()
     (names,) = headings(dialect)
@@ -50,8 +51,8 @@ def write_sheet(dialect: Dialect, parts: Iterable[Channels], created: datetime) 
         shown = columns_of(dialect, channels)
         if row + len(shown[0]) > MOST_LINES:
             raise SpecificationError(f"log.{dialect.name}", "more", f"{MOST_LINES - 1} rows or fewer in a workbook")
-        for column, values in enumerate(shown):
-            for number, value in enumerate(values, start=row):
+        for number, line in enumerate(zip(*shown, strict=True), start=row):
+            for column, value in enumerate(line):
                 if isinstance(value, str):
                     sheet.write_string(number, column, value)
                 else:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from knitlab_core.knits import (
@@ -169,14 +170,25 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     GeometryError
         If it cannot exist: strands overlap, or rows or layers do not hold each other.
     """
-    rows, loops, width, nodes = spec.rows, spec.loops, spec.loop_width, spec.nodes_per_loop
-    stitch = spec.stitch
+    size = spec.rows, spec.loops, spec.layers, spec.nodes_per_loop
+    # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
+    made = _made(spec.stitch, size, spec.loop_width, spec.yarn)
+    sites = {name: nodes.copy() for name, nodes in made.sites.items()}
+    return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
+
+
+@lru_cache(maxsize=1)
+def _made(
+    stitch: Stitch | Filament | VolumetricStitch, size: tuple[int, int, int, int], width: float, yarn: Yarn | None
+) -> Specimen:
+    """Make a specimen of so many rows, loops, layers and nodes per loop, with loops of a width [m]."""
+    rows, loops, layers, nodes = size
     if isinstance(stitch, Stitch):
-        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn)
+        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=yarn)
     if isinstance(stitch, Filament):
         return filament_specimen(stitch, length=width, nodes=nodes)
     return volumetric_specimen(
-        stitch, rows=rows, loops=loops, layers=spec.layers, loop_width=width, nodes_per_loop=nodes, yarn=spec.yarn
+        stitch, rows=rows, loops=loops, layers=layers, loop_width=width, nodes_per_loop=nodes, yarn=yarn
     )
 
 

@@ -14,13 +14,12 @@ from app.records.reader import RunReader
 from app.records.results import energy_balance_error
 from app.runs.use_cases import RunResult, run_protocol
 from app.schemas import from_yaml, to_yaml
+from app.views.drawing import draw_here
 from rigs.analysis.cycles import branch, stress_strain
 from rigs.protocol.specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigs.axes import Axis, FloatArray
     from rigs.record import Phase
 
@@ -56,29 +55,21 @@ class Ran:
         return float(np.trapezoid(up[1], up[0]) - np.trapezoid(down[1], down[0]))
 
 
-def run_example(name: str, folder: Path) -> Ran:
+def run_example(name: str, folder: Path, *, pictures: bool = False) -> Ran:
     folder.mkdir(exist_ok=True)
-    result = run_protocol(EXAMPLES / name, folder / "run", lambda _share, _text: None)
+    draw = draw_here if pictures else None
+    result = run_protocol(EXAMPLES / name, folder / "run", lambda _share, _text: None, draw=draw)
     return Ran(result, RunReader(result.folder / "run.h5"))
 
 
 @pytest.fixture(scope="module")
-def quick_pictures() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
-        yield
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
-    del quick_pictures
+def small(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return run_example("biaxial_small.yaml", tmp_path_factory.mktemp("small"))
 
 
 @pytest.fixture(scope="module")
-def main_job(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
-    del quick_pictures
-    return run_example("biaxial_cycle.yaml", tmp_path_factory.mktemp("main"))
+def main_job(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    return run_example("biaxial_cycle.yaml", tmp_path_factory.mktemp("main"), pictures=True)
 
 
 def test_the_small_knit_unloads_below_its_loading(small: Ran) -> None:
@@ -154,8 +145,7 @@ def test_a_knit_that_went_slack_remembers_no_cycle(main_job: Ran) -> None:
 
 
 @pytest.fixture(scope="module")
-def uniaxial(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
-    del quick_pictures
+def uniaxial(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return run_example("uniaxial_course.yaml", tmp_path_factory.mktemp("uniaxial"))
 
 
@@ -186,8 +176,7 @@ def test_a_knit_with_free_sides_stretches_without_its_yarn(uniaxial: Ran) -> Non
 
 
 @pytest.mark.slow
-def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
-    del quick_pictures
+def test_the_pile_is_stiffest(tmp_path: Path) -> None:
     stress = {}
     for axis, name in (("C", "course"), ("W", "wale"), ("P", "pile")):
         ran = run_example(f"fig4c/fig4c_{name}_4.yaml", tmp_path / name)
@@ -198,8 +187,7 @@ def test_the_pile_is_stiffest(tmp_path: Path, quick_pictures: None) -> None:
 
 
 @pytest.fixture(scope="module")
-def wire(tmp_path_factory: pytest.TempPathFactory, quick_pictures: None) -> Ran:
-    del quick_pictures
+def wire(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return run_example("wire_small.yaml", tmp_path_factory.mktemp("wire"))
 
 
@@ -209,7 +197,7 @@ def test_a_knit_on_wires_is_softer_than_one_on_pins(wire: Ran, tmp_path: Path) -
     protocol = from_yaml(wire.run.protocol)
     pins = to_yaml(replace(protocol, hook="pin", pole_friction=None, name="pins"))
     (tmp_path / "pins.yaml").write_text(pins, encoding="utf-8")
-    result = run_protocol(tmp_path / "pins.yaml", tmp_path / "run", lambda _share, _text: None)
+    result = run_protocol(tmp_path / "pins.yaml", tmp_path / "run", lambda _share, _text: None, draw=None)
     pinned = Ran(result, RunReader(result.folder / "run.h5"))
     # A loop closes between its two hooks, and yarn slips round them.
     for axis in BOTH:

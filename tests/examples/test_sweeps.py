@@ -6,7 +6,7 @@ import csv
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -17,9 +17,6 @@ from app.runs.sweeps import SweepResult, run_sweep
 from app.runs.use_cases import run_protocol
 from app.schemas import load, load_sweep, loads
 from knitlab_core.errors import SpecificationError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SMALL = {
@@ -39,13 +36,6 @@ def small(name: str, folder: Path, **more: str) -> Path:
     path = folder / f"{name}.yaml"
     path.write_text(text, encoding="utf-8")
     return path
-
-
-@pytest.fixture(scope="module", autouse=True)
-def quick_pictures() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
-        yield
 
 
 def silent(_share: float, _text: str) -> None:

@@ -23,12 +23,6 @@ if TYPE_CHECKING:
     Mounted = tuple[Rig, State, Protocol]
 
 
-@pytest.fixture
-def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Paint with lines: VTK takes many seconds where no graphics card helps it."""
-    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
-
-
 @pytest.fixture(scope="session")
 def mount_knit() -> Callable[..., Mounted]:
     """Return a function that mounts the knit of a protocol made of the given steps."""

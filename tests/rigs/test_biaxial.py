@@ -137,7 +137,6 @@ def test_a_node_has_a_place_in_the_words_of_a_knitter(small: tuple[Rig, State]) 
     assert place_of(stage, int(sites["wale+"][-1])) == "row 2, loop 2"
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_the_stage_writes_its_log(tmp_path: Path) -> None:
     protocol = tmp_path / "p.yaml"
     protocol.write_text(

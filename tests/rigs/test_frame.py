@@ -193,7 +193,6 @@ def test_a_load_cell_that_is_not_there_is_one_line(old: str, new: str, says: str
     assert str(error.value) == says
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_the_frame_writes_its_log(tmp_path: Path) -> None:
     protocol = tmp_path / "p.yaml"
     protocol.write_text(

@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import csv
 import io
+import tracemalloc
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -269,3 +270,19 @@ def test_channels_must_be_of_one_length() -> None:
     dialect = Dialect(name="d", columns=(Column(name="a", channel="a"), Column(name="b", channel="b")))
     with pytest.raises(SpecificationError, match="one length"):
         list(write_log(dialect, [{"a": [1], "b": [1, 2]}]))
+
+
+def test_a_workbook_takes_no_more_memory_the_longer_it_is() -> None:
+    dialect = LOGS["alemnis"].dialect
+
+    def peak(parts: int) -> int:
+        tracemalloc.start()
+        many = ({column.channel: [0.25] * 100 for column in dialect.columns} for _ in range(parts))
+        write_sheet(dialect, many, datetime(2026, 1, 1, tzinfo=UTC))
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    peak(1)
+    # A row in memory was 2 kB.
+    assert peak(15) - peak(5) < 200_000

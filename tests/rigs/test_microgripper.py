@@ -148,7 +148,6 @@ def test_gap_and_compliance_are_on_record() -> None:
     assert indenter.pole is None
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_the_gripper_draws_as_planned(tmp_path: Path) -> None:
     path = tmp_path / "p.yaml"
     path.write_text(TEXT, encoding="utf-8")

@@ -43,7 +43,6 @@ def run_cli(*words: object) -> subprocess.Popen[str]:
     # A shell's background jobs ignore SIGINT, and children inherit that.
     code = (
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "import app.views.renders; app.views.renders.vtk_images = lambda *_, **__: 'quick'\n"
         "from app.cli.main import main; sys.argv[0] = 'knitlab'; main()"
     )
     command = [sys.executable, "-c", code, *map(str, words)]
@@ -94,7 +93,6 @@ def test_a_killed_run_is_exported_up_to_its_last_row(tmp_path: Path) -> None:
     assert path.read_bytes().count(b"\r\n") == int(5.0 * reached + 1e-9) + 1 + 1
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_the_progress_of_an_interrupted_run_stays_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     protocol = tmp_path / "p.yaml"
     protocol.write_text(PROTOCOL, encoding="utf-8")
@@ -107,7 +105,7 @@ def test_the_progress_of_an_interrupted_run_stays_where_it_was(tmp_path: Path, m
             yield event
 
     monkeypatch.setattr("app.runs.runner.perform", interrupted)
-    result = run_protocol(protocol, tmp_path / "run", lambda share, text: shown.append((share, text)))
+    result = run_protocol(protocol, tmp_path / "run", lambda share, text: shown.append((share, text)), draw=None)
     assert result.outcome == "abort"
     assert shown[-1][1] == "interrupted"
     assert 0.0 < max(share for share, _ in shown) == shown[-1][0] < 0.01
@@ -139,7 +137,6 @@ def test_the_first_run_says_that_it_compiles_and_how_long(
     assert [("compiling" in text, "about a minute" in text) for text in said] == [(cold, cold)]
 
 
-@pytest.mark.usefixtures("quick_pictures")
 def test_a_run_that_diverges_is_code_3_with_a_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -148,7 +145,9 @@ def test_a_run_that_diverges_is_code_3_with_a_record(
     monkeypatch.setattr("app.runs.runner.perform", partial(perform, options=Options(max_iterations=1)))
     monkeypatch.setattr("knitlab_core.equilibrium.continuation.MOST_ITERATIONS", 0)
     monkeypatch.setattr("knitlab_core.equilibrium.march.MOST_MOVES", 2)
-    monkeypatch.setattr(sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet"])
+    monkeypatch.setattr(
+        sys, "argv", ["knitlab", "run", str(protocol), "--out", str(tmp_path / "run"), "--quiet", "--no-pictures"]
+    )
     with pytest.raises(SystemExit) as raised:
         main()
     assert raised.value.code == 3

@@ -70,7 +70,14 @@ class Lab:
 
     def start(self, slots: int = 2, lease: float = 3.0, root: Path = ROOT) -> subprocess.Popen[str]:
         """Start a worker; what `root` has of the sources goes before ours."""
-        command = [sys.executable, "-c", "from app.cli.main import main; main()", "worker", "--data", str(self.folder)]
+        command = [
+            sys.executable,
+            "-c",
+            "from app.cli.main import main; main()",
+            "worker",
+            "--data",
+            str(self.folder),
+        ]
         worker = subprocess.Popen(  # noqa: S603 (our own)
             [*command, "--slots", str(slots), "--lease", str(lease)],
             cwd=root,

@@ -110,11 +110,11 @@ def test_help_teaches_with_examples(say: Callable[..., Said]) -> None:
 @pytest.mark.parametrize(
     ("words", "heavy"),
     [
-        (["--help"], {"numpy", "scipy", "numba", "matplotlib", "pint", "pydantic", "h5py", "pyvista", "ruamel.yaml"}),
+        (["--help"], {"numpy", "scipy", "numba", "matplotlib", "pint", "pydantic", "h5py", "ruamel.yaml"}),
         # Strokes and clearance of a knit need neither the solver nor anything that draws.
         (
             ["check", str(EXAMPLES / "biaxial_small.yaml")],
-            {"scipy", "numba", "llvmlite", "matplotlib", "pint", "h5py", "pyvista", "fastapi", "sqlalchemy"},
+            {"scipy", "numba", "llvmlite", "matplotlib", "pint", "h5py", "fastapi", "sqlalchemy"},
         ),
     ],
 )

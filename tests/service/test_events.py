@@ -147,10 +147,12 @@ def test_slow_clients_block_nobody_and_take_no_memory(address: str, http: httpx.
     lines = [stuck(address, job) for _ in range(20)]
     try:
         time.sleep(2.0)
-        began = time.monotonic()
+        # Answered while all of them are still owed what they asked for.
         assert http.get("/healthz").status_code == 200
         assert next(read(http, job))[0] == "rows"
-        assert time.monotonic() - began < 5.0
+        assert {
+            one.status for one in process.net_connections() if one.laddr[:2] in {line.getsockname() for line in lines}
+        } == {"ESTABLISHED"}
         # What they have not taken, 20 times 3 MB, is held for none of them.
         assert process.memory_info().rss - before < 30e6
     finally:
@@ -185,9 +187,8 @@ def test_streams_end_when_the_service_is_about_to(store: Store, job: Job) -> Non
         events = read(http, job)
         assert next(events)[0] == "state"
         context.closing.set()
-        began = time.monotonic()
+        # It ends by itself, with nothing more in it: not even the sign of life that comes between events.
         assert list(events) == []
-        assert time.monotonic() - began < 2.0
     assert store.get(job.id).state == "queued"
 
 

@@ -175,11 +175,12 @@ def test_open_streams_do_not_hold_up_the_end(tmp_path: Path) -> None:
         job = client.submit(QUICK)
         events = client.events(job.id)
         assert next(events).kind == "state"
-        began = time.monotonic()
         process.terminate()
         assert list(events) == []
         assert process.wait(timeout=30) == 0
-        assert time.monotonic() - began < 4.0
+        # None of them was cut off when its time to end was over.
+        assert process.stderr is not None
+        assert "graceful" not in process.stderr.read()
 
 
 def test_every_example_of_the_documentation_runs(service: str, tmp_path: Path) -> None:

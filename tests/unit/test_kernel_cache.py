@@ -101,3 +101,41 @@ def test_without_any_home_kernels_are_compiled_without_keeping(tmp_path: Path) -
     assert (cold, value) == ("True", "3.0")
     (line,) = said
     assert line.startswith("kernel cache: could not determine home directory")
+
+
+def test_a_kernel_that_was_kept_is_linked_with_one_that_is_compiled_anew(tmp_path: Path) -> None:
+    package(tmp_path)
+    cache = tmp_path / "Cache"
+    assert run(tmp_path, KNITLAB_CACHE=str(cache))[0][1] == "3.0"
+    kept = sorted(path.name for path in cache.rglob("*.nbc"))
+    callers = [path for path in cache.rglob("*") if path.name.startswith("caller.once_more")]
+    assert len(callers) == len(kept) == 2
+    for path in callers:
+        path.unlink()
+    assert run(tmp_path, KNITLAB_CACHE=str(cache)) == (["False", "3.0", "0", "False"], [])
+    assert run(tmp_path, KNITLAB_CACHE=str(cache)) == (["False", "3.0", "1", "False"], [])
+
+
+NUMPY = """
+import numpy as np
+from knitlab_core.jit import kernel
+
+@kernel
+def largest(values):
+    return np.max(np.sort(values)) + np.sqrt(np.sum(values * values)) + np.full(3, 1.0).sum()
+"""
+
+
+def test_a_kernel_that_was_kept_loads_nothing_that_compiles(tmp_path: Path) -> None:
+    core = package(tmp_path)
+    (core / "caller.py").write_text(NUMPY)
+    code = (
+        "import sys, numpy as np\nfrom knitlab_core import caller\nprint(caller.largest(np.array([3.0, 4.0])))\n"
+        "print({'numba.np.arraymath', 'scipy.linalg', 'numba.cpython.unicode'} & set(sys.modules) == set())"
+    )
+    environment = os.environ | {"KNITLAB_CACHE": str(tmp_path / "Cache"), "PYTHONPATH": str(tmp_path)}
+    for loaded in ("False", "True"):
+        done = subprocess.run(  # noqa: S603 - our own interpreter on our own text
+            [sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True
+        )
+        assert done.stdout.split() == ["12.0", loaded]

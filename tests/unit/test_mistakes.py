@@ -240,7 +240,6 @@ def test_what_is_taken_by_default_is_shown_and_recorded(
         main()
     assert f"taken by default: {wanted}\n" in capsys.readouterr().out
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("app.views.renders.vtk_images", lambda *_, **__: "quick")
     result = run_protocol(path, None, lambda _share, _text: None)
     record = RunReader(result.folder / "run.h5")
     assert record.provenance["defaults"] == wanted

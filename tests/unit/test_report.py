@@ -1,20 +1,26 @@
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from app.records.reader import RunReader
-from app.views import painters, renders
+from app.views import renders
 from app.views.cameras import FROM_A_CORNER, FROM_ABOVE
 from app.views.compare import compare_runs, compared
 from app.views.curves import curves_of, force_unit, prefixed, stress_unit
-from app.views.painters import fit_window, vtk_environment
 from app.views.plots import legend_of, stress_strain_plot
-from app.views.renders import beyond, colour_limits, knit_frames, marked_frames, specimen_picture
-from app.views.tubes import smooth_curve, tube
+from app.views.plotting import DPI, PixelImage, save
+from app.views.renders import (
+    beyond,
+    colour_limits,
+    knit_frames,
+    marked_frames,
+    specimen_picture,
+)
+from app.views.tubes import fit_window, smooth_curve, tube
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from rigs.analysis.material_limits import MaterialLimit
@@ -24,11 +30,6 @@ from tests.synthetic_run import PROTOCOL, SIZE, frame, knit_nodes, make_run, row
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> RunReader:
     return make_run(tmp_path_factory.mktemp("run") / "run.h5")
-
-
-@pytest.fixture
-def without_vtk(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(painters, "find_spec", lambda _: None)
 
 
 def test_curve_is_the_quadratic_spline_of_the_nodes() -> None:
@@ -272,81 +273,30 @@ def test_a_limit_that_was_passed_is_marked_on_every_curve_and_in_the_pictures(tm
     assert beyond(frame(0.0, 0.0, 1, "Zero"), found.strands, 0.03) == []
 
 
-@pytest.mark.usefixtures("without_vtk")
-def test_pictures_without_vtk_say_so(run: RunReader, tmp_path: Path) -> None:
-    picture = knit_frames(run, tmp_path / "knit.png")
-    assert "pyvista is not installed" in picture.note
-    image = imread(picture.path)
+def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> None:
+    image = imread(knit_frames(run, tmp_path / "knit.png"))
     assert image.shape[1] > 2.5 * image.shape[0]
-    assert image.std() > 0.02
-
-
-@pytest.mark.usefixtures("without_vtk")
-def test_specimen_picture(tmp_path: Path) -> None:
+    assert image.std() > 0.05
     specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
-    assert imread(specimen_picture(specimen, tmp_path / "s.png").path).std() > 0.05
+    assert imread(specimen_picture(specimen, tmp_path / "s.png")).std() > 0.05
 
 
-def test_pictures_with_vtk(run: RunReader, tmp_path: Path) -> None:
-    pytest.importorskip("pyvista")
-    picture = knit_frames(run, tmp_path / "knit.png")
-    if picture.note:
-        pytest.skip(picture.note)
-    assert imread(picture.path).std() > 0.05
-
-
-def test_what_lies_beside_and_below_something_is_shaded() -> None:
-    pytest.importorskip("pyvista")
-    from app.views.vtk_painter import FINENESS, shade, shrink  # noqa: PLC0415 (it loads VTK)
-
-    # A bar 2 mm above a plate, nothing on the right, where the plate gets an outline; 10 pixels a mm.
-    depth = np.zeros((40, 60), dtype=np.float32)
-    depth[:, :10], depth[:, 50:] = 2.0, np.nan
-    shaded = shade(np.full((40, 60, 3), 200, dtype=np.uint8), depth, radius=1.0, pixels=10.0)
-    assert np.all(shaded[:, 0] > 199.0)
-    assert np.all(shaded[:, 10] < 150.0)
-    assert np.all(shaded[:, 25:40] == 200.0)
-    assert np.all(shaded[:, 49] < 160.0)
-    small = shrink(shaded)
-    assert small.shape == (40 // FINENESS, 60 // FINENESS, 3)
-    assert small.mean() == pytest.approx(shaded.mean(), abs=0.5)
-
-
-def test_a_painter_that_crashes_is_replaced(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    monkeypatch.setattr(painters, "find_spec", lambda _: object())
-    monkeypatch.setattr(painters, "vtk_environment", lambda *_: {})
-    assert "VTK did not paint" in knit_frames(run, tmp_path / "knit.png").note
+def test_an_image_fills_the_axes_pixel_by_pixel(tmp_path: Path) -> None:
+    figure = Figure(figsize=(2.0, 1.0))
+    axes = figure.add_axes((0.25, 0.2, 0.5, 0.6))
+    axes.set_axis_off()
+    image = np.random.default_rng(1).integers(0, 256, (120, 200, 3), dtype=np.uint8)
+    axes.add_artist(PixelImage(image))
+    page = np.round(255 * imread(save(figure, tmp_path / "page.png"))).astype(np.uint8)
+    assert page.shape == (DPI, 2 * DPI, 4)
+    assert (page[40:160, 100:300, :3] == image).all()
+    assert (page[:40] == 255).all()
 
 
 def test_a_run_without_frames_has_no_picture(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(renders, "marked_frames", lambda _: ())
     with pytest.raises(SpecificationError, match="at least one frame"):
         knit_frames(run, tmp_path / "knit.png")
-
-
-@pytest.mark.parametrize(
-    ("given", "libraries", "window"),
-    [
-        ({}, {"EGL", "OSMesa"}, "vtkEGLRenderWindow"),
-        ({}, {"OSMesa"}, "vtkOSOpenGLRenderWindow"),
-        ({"DISPLAY": ":0"}, set(), None),
-        ({"VTK_DEFAULT_OPENGL_WINDOW": "mine"}, set(), "mine"),
-    ],
-)
-def test_window_class_is_chosen_where_there_is_no_screen(
-    given: dict[str, str], libraries: set[str], window: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(painters, "find_library", lambda name: name if name in libraries else None)
-    found = vtk_environment(given, "linux")
-    assert found is not None
-    assert found.get("VTK_DEFAULT_OPENGL_WINDOW") == window
-
-
-def test_vtk_is_not_tried_where_it_would_crash(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(painters, "find_library", lambda _: None)
-    assert vtk_environment({}, "linux") is None
-    assert vtk_environment({}, "darwin") is not None
 
 
 def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
@@ -366,8 +316,15 @@ def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
     assert not np.isnan(broken.values).any()
 
 
-def test_polylines_are_listed_as_vtk_wants_them() -> None:
-    pytest.importorskip("pyvista")
-    from app.views.vtk_painter import cells  # noqa: PLC0415 (it loads VTK)
-
-    assert cells(np.array([3, 2])).tolist() == [3, 0, 1, 2, 2, 3, 4]
+@pytest.mark.parametrize("count", [1, 3])
+def test_an_image_of_a_knit_has_the_pixels_of_its_place_on_the_page(tmp_path: Path, count: int) -> None:
+    nodes = knit_nodes(0.2)
+    tubes = [tube(nodes, np.zeros(len(nodes)), 0.4e-3)] * count
+    figure = renders.draw(tubes, ["a title\nof two lines"] * count, "values", lambda _: None)
+    save(figure, tmp_path / "page.png")
+    scale = DPI / figure.dpi
+    for axes in figure.axes[:count]:
+        (image,) = (one for one in axes.get_children() if isinstance(one, PixelImage))
+        assert image.shape == pytest.approx([scale * axes.bbox.height, scale * axes.bbox.width], abs=1.0)
+        # To scale: as long along the wale as along the course.
+        assert axes.bbox.width / np.ptp(axes.get_xlim()) == pytest.approx(axes.bbox.height / np.ptp(axes.get_ylim()))

@@ -58,10 +58,10 @@ FILL = textwrap.dedent(
     from pathlib import Path
     from rigs.record import Outcome
     from tests.synthetic_run import frame, row
-    from app import run_layout
+    from app.records import layout
     from tests.unit.test_runs import writer
 
-    run_layout.CHUNK = 64
+    layout.CHUNK = 64
     for number, limit in enumerate(map(int, sys.argv[2:])):
         path, kept, frames = Path(sys.argv[1]) / f"{number}.h5", 0, 0
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))

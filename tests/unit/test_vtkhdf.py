@@ -16,7 +16,7 @@ from tests.synthetic_run import BOTH, SIZE, make_run, row, stage_instrument
 
 STRANDS = (5, 7)
 
-vtk = pytest.importorskip("vtkmodules.vtkIOHDF", reason="needs the extra 'pictures'")
+vtk = pytest.importorskip("vtkmodules.vtkIOHDF", reason="needs the extra 'test'")
 numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.signal import lfilter
 
-from app.views.sem.raster import NOTHING, draw_block, draw_tube, openness, tangents_of
+from app.views.raster import NOTHING, draw_tube, joined, reaches_of, tangents_of
+from app.views.sem.raster import draw_block, openness
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,7 +101,8 @@ def _shrunk(fine: FloatImage) -> FloatImage:
 def _surfaces(yarn: Tube, blocks: Sequence[Block], view: View) -> tuple[FloatImage, FloatImage, npt.NDArray[np.bool_]]:
     """Return height [fine pixel] and cosine to the beam of what is seen, and where it is silicon."""
     shape = (FINENESS * view.height, FINENESS * view.width)
-    height, facing = np.full(shape, NOTHING, dtype=np.float32), np.ones(shape, dtype=np.float32)
+    height, normal = np.full(shape, NOTHING, dtype=np.float32), np.ones((3, *shape), dtype=np.float32)
+    facing, value = normal[2], np.empty_like(height)
     silicon = np.zeros(shape, dtype=np.bool_)
     origin = view.centre - view.turn.T @ (view.on_image(view.centre[None])[0] * np.array([1.0, -1.0, 1.0]) * view.pixel)
     steps = view.turn * np.array([[1.0], [-1.0], [1.0]]) * view.pixel / FINENESS
@@ -111,10 +113,10 @@ def _surfaces(yarn: Tube, blocks: Sequence[Block], view: View) -> tuple[FloatIma
         silicon[hit] = not block.printed
     before = height.copy()
     points = FINENESS * view.on_image(1e-3 * yarn.points)
-    joined = np.ones(len(points) - 1, dtype=np.bool_)
-    joined[np.cumsum(yarn.sizes)[:-1] - 1] = False
     radius = 1e-3 * yarn.radius / view.pixel * FINENESS
-    draw_tube(points, tangents_of(points, yarn.sizes), joined, radius, height, facing)
+    pieces = joined(yarn)
+    reaches = reaches_of(points, pieces, radius)
+    draw_tube(points, tangents_of(points, yarn.sizes), yarn.values, pieces, reaches, radius, height, normal, value)
     silicon[height > before] = False
     return height, facing, silicon
 

@@ -6,7 +6,7 @@ left edge, rows from the upper one, both in pixels, and the middle of the first 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,78 +16,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rigs.axes import FloatArray, IntArray
-
-NOTHING: Final = -1e9
-
-
-@kernel
-def draw_tube(
-    points: FloatArray,
-    tangents: FloatArray,
-    joined: npt.NDArray[np.bool_],
-    radius: float,
-    height: npt.NDArray[np.float32],
-    facing: npt.NDArray[np.float32],
-) -> None:
-    """Draw a round tube along points where it is the highest so far.
-
-    Parameters
-    ----------
-    points, tangents : FloatArray, shape (n, 3)
-        Column, row and height [pixel], and unit vectors along the tube there.
-    joined : array of bool, shape (n - 1,)
-        Where a point and the next are of one piece.
-    radius : float
-        Of the tube [pixel].
-    height, facing : array of float32, shape (rows, columns)
-        Height of what is seen [pixel], and the cosine between its surface's normal and the beam; changed in place.
-    """
-    rows, columns = height.shape
-    for k in range(len(points) - 1):
-        if not joined[k]:
-            continue
-        ax, ay, az = points[k, 0], points[k, 1], points[k, 2]
-        ux, uy, uz = points[k + 1, 0] - ax, points[k + 1, 1] - ay, points[k + 1, 2] - az
-        length = np.sqrt(ux * ux + uy * uy + uz * uz)
-        if length == 0.0:
-            continue
-        ux, uy, uz = ux / length, uy / length, uz / length
-        along = max(1.0 - uz * uz, 1e-12)
-        left = max(0, int(np.ceil(min(ax, points[k + 1, 0]) - radius - 0.5)))
-        right = min(columns - 1, int(np.floor(max(ax, points[k + 1, 0]) + radius - 0.5)))
-        top = max(0, int(np.ceil(min(ay, points[k + 1, 1]) - radius - 0.5)))
-        bottom = min(rows - 1, int(np.floor(max(ay, points[k + 1, 1]) + radius - 0.5)))
-        for i in range(top, bottom + 1):
-            dy = i + 0.5 - ay
-            for j in range(left, right + 1):
-                dx = j + 0.5 - ax
-                g = dx * ux + dy * uy
-                inside = g * g * uz * uz - along * (dx * dx + dy * dy - g * g - radius * radius)
-                if inside < 0.0:
-                    continue
-                # Where the ray leaves the cylinder; beyond its ends, the ball there.
-                s = (g * uz + np.sqrt(inside)) / along
-                t = g + uz * s
-                if t < 0.0 or t > length:
-                    t = 0.0 if t < 0.0 else length
-                    bx, by = dx - t * ux, dy - t * uy
-                    ball = radius * radius - bx * bx - by * by
-                    if ball < 0.0:
-                        continue
-                    s = t * uz + np.sqrt(ball)
-                z = az + s
-                if z <= height[i, j]:
-                    continue
-                height[i, j] = z
-                # The tangent runs on evenly between points, so that pieces do not show.
-                share = t / length
-                tx = (1.0 - share) * tangents[k, 0] + share * tangents[k + 1, 0]
-                ty = (1.0 - share) * tangents[k, 1] + share * tangents[k + 1, 1]
-                tz = (1.0 - share) * tangents[k, 2] + share * tangents[k + 1, 2]
-                nx, ny, nz = dx - t * ux, dy - t * uy, s - t * uz
-                off = (nx * tx + ny * ty + nz * tz) / (tx * tx + ty * ty + tz * tz)
-                nx, ny, nz = nx - off * tx, ny - off * ty, nz - off * tz
-                facing[i, j] = max(0.0, nz / np.sqrt(nx * nx + ny * ny + nz * nz))
 
 
 @kernel
@@ -114,7 +42,7 @@ def draw_block(
     window : IntArray, shape (4,)
         First and last row, and column, in which it can be seen; last ones not included.
     height, facing : array of float32, shape (rows, columns)
-        As in `draw_tube`.
+        Height of what is seen [pixel], and the cosine between its surface's normal and the beam; changed in place.
     hit : array of bool, shape (rows, columns)
         Set where the block is seen.
     """
@@ -182,10 +110,3 @@ def openness(
                     steepest = max(steepest, (around[m, y, x] - here) / reaches[m])
                 total += weights[k] / (1.0 + steepest * steepest)
             found[i, j] = total
-
-
-def tangents_of(points: FloatArray, sizes: IntArray) -> FloatArray:
-    """Return unit vectors along pieces of a line at their points, shape (n, 3)."""
-    along = [np.gradient(piece, axis=0) for piece in np.split(points, np.cumsum(sizes)[:-1])]
-    joined = np.concatenate(along)
-    return np.asarray(joined / np.linalg.norm(joined, axis=1, keepdims=True))

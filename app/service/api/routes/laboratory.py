@@ -113,4 +113,4 @@ def _described(loaded: Loaded, _: Bounds) -> SpecimenView:
 def _drawn(loaded: Loaded, _: Bounds) -> bytes:
     """Return the picture of a specimen."""
     with TemporaryDirectory() as folder:
-        return specimen_picture(build_specimen(loaded), Path(folder) / "specimen.png").path.read_bytes()
+        return specimen_picture(build_specimen(loaded), Path(folder) / "specimen.png").read_bytes()
