@@ -20,15 +20,16 @@ from typing import TYPE_CHECKING, Final
 from rigs.instruments.samples import around, parts_of
 from rigs.instruments.signals import stamps
 from rigs.jumps import joined
+from rigs.logs.dialect import Column, Dialect
 from rigs.logs.logged import Log
-from rigs.logs.writer import Column, Dialect
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.axes import FloatArray
     from rigs.instruments.samples import Table
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
 
 MACHINE: Final = "nanoindenter"
 PREFIXES: Final = (("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12))

@@ -15,14 +15,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
+from rigs.logs.dialect import Column, Dialect
 from rigs.logs.logged import Log
-from rigs.logs.writer import Column, Dialect
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.instruments.samples import Samples
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
     from rigs.record import Phase
 
 DIALECT: Final = Dialect(

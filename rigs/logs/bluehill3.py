@@ -15,15 +15,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
+from rigs.logs.dialect import Column, Dialect, Fact
 from rigs.logs.logged import Log
 from rigs.logs.strokes import OUTWARD, counts, rises, segments
-from rigs.logs.writer import Column, Dialect, Fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.instruments.samples import Table
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
 
 DIALECT: Final = Dialect(
     name="bluehill3",

@@ -17,14 +17,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
+from rigs.logs.dialect import Column, Dialect, Fact
 from rigs.logs.logged import Log, axis_of
-from rigs.logs.writer import Column, Dialect, Fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.instruments.samples import Samples
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
 
 COLUMNS: Final = (
     Column(name="Time", channel="Time", below="({unit})", unit="s", form=",.5f", quoted=True),

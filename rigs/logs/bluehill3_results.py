@@ -17,13 +17,14 @@ import numpy as np
 
 from rigs.instruments.samples import parts_of
 from rigs.logs import bluehill3_quoted
+from rigs.logs.dialect import Dialect, Fact
 from rigs.logs.logged import Log
-from rigs.logs.writer import Dialect, Fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
 
 DIALECT: Final = Dialect(
     name="bluehill3-results",

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from rigs.axes import Axis
     from rigs.instruments.samples import Samples, Table
-    from rigs.logs.writer import Dialect
+    from rigs.logs.dialect import Channels, Dialect
     from rigs.record import SpecimenSize
 
-Channels: TypeAlias = "Mapping[str, Sequence[object]]"
 Facts: TypeAlias = "Mapping[str, object]"
 
 

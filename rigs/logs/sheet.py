@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from datetime import datetime
 
-    from rigs.logs.logged import Channels
-    from rigs.logs.writer import Dialect
+    from rigs.logs.dialect import Channels, Dialect
 
 MOST_LINES: Final = 1_048_576
 """Lines of a sheet."""

@@ -15,14 +15,15 @@ import numpy as np
 from rigs.instruments.samples import around, parts_of
 from rigs.instruments.signals import stamps
 from rigs.jumps import joined
+from rigs.logs.dialect import Column, Dialect
 from rigs.logs.logged import Log
-from rigs.logs.writer import Column, Dialect
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.instruments.samples import Samples, Table
-    from rigs.logs.logged import Channels, Facts, Logged
+    from rigs.logs.dialect import Channels
+    from rigs.logs.logged import Facts, Logged
 
 FRAME: Final = "uniaxial-frame"
 STAGE: Final = "biaxial-hook"

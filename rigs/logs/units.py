@@ -12,7 +12,7 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigs.logs.writer import Column, Dialect
+    from rigs.logs.dialect import Column, Dialect
 
 UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "time": {"s": 1.0, "sec": 1.0, "ms": 1e3, "min": 1.0 / 60.0},

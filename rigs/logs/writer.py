@@ -5,96 +5,17 @@ The one writer of every log that is text. `headings` and `columns_of` give its p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
 
 from knitlab_core.errors import SpecificationError
-from rigs.logs.locales import EN, Locale
+from rigs.logs.dialect import Form
 from rigs.logs.units import factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigs.logs.logged import Channels
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Form:
-    """Describe how a value is printed.
-
-    Attributes
-    ----------
-    form : str or None
-        Format specification of a number, ``.3f``, with a comma where thousands are marked; None for text.
-    unit : str
-        Unit that a number is shown in, one of `rigs.logs.units.UNITS`; empty where it is shown as it is.
-    trimmed : bool
-        Whether zeros that end a number's decimals are left out.
-    quoted : bool
-        Whether it always stands in quotes; if not, only where it must.
-    """
-
-    form: str | None = None
-    unit: str = ""
-    trimmed: bool = False
-    quoted: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column(Form):
-    """Describe one column of a log.
-
-    Attributes
-    ----------
-    name : str
-        Heading, byte for byte; ``{unit}`` stands for the unit.
-    channel : str
-        Channel that it shows.
-    below : str or None
-        What stands below the heading, with ``{unit}`` too; None where no column of the dialect has a unit there.
-    """
-
-    name: str
-    channel: str
-    below: str | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fact(Form):
-    """Describe where a fact of the test stands above the table: its name among the facts."""
-
-    fact: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Dialect:
-    """Describe the bytes of a log file.
-
-    Attributes
-    ----------
-    name : str
-        What users call it.
-    columns : tuple of Column
-        The columns, in order.
-    preamble : tuple of tuple of (str or Fact)
-        Lines above the headings, field by field; an empty one is a blank line.
-    delimiter, line_end, quote : str
-        What stands between fields, after lines and, where a text needs it, around a text.
-    encoding : str
-        Character set.
-    locale : Locale
-        How numbers and dates are written.
-    """
-
-    name: str
-    columns: tuple[Column, ...]
-    preamble: tuple[tuple[str | Fact, ...], ...] = ()
-    delimiter: str = ","
-    line_end: str = "\r\n"
-    quote: str = '"'
-    encoding: str = "utf-8"
-    locale: Locale = EN
+    from rigs.logs.dialect import Channels, Column, Dialect, Fact, Locale
 
 
 def write_log(

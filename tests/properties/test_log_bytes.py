@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
 from rigs.logs.alemnis import PREFIXES, clock_text, prefixed
+from rigs.logs.dialect import Column, Dialect
 from rigs.logs.locales import LOCALES, localised
 from rigs.logs.units import factor
-from rigs.logs.writer import Column, Dialect, write_log
+from rigs.logs.writer import write_log
 from rigs.protocol.bounds import require_label
 
 NUMBERS = st.floats(-1e9, 1e9)

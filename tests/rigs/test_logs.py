@@ -16,10 +16,11 @@ from rigs.instruments.signals import stamps
 from rigs.logs.alemnis import clock_text, prefixed
 from rigs.logs.biotester import cycle_text
 from rigs.logs.catalogue import LOGS, defaults
+from rigs.logs.dialect import Column, Dialect, Fact
 from rigs.logs.locales import LOCALES, localised
 from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
-from rigs.logs.writer import Column, Dialect, Fact, write_log
+from rigs.logs.writer import write_log
 from tests.rigs.golden_files import FOLDER, golden, written
 from tests.rigs.hand_made import frame, indenter, logged, stage
 
