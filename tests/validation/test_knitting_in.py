@@ -114,6 +114,24 @@ def test_shape_and_forces_are_those_found_more_finely(bar: Callable[..., None], 
     _judge(bar, stitch, finer, steady=False)
 
 
+def test_a_coarse_knit_comes_to_the_same_state_in_twice_the_steps(bar: Callable[..., None]) -> None:
+    """With steps of one length and snaps passed in moves of any it came to another, 65 % more bent."""
+    few, many = (relax(lay("plain-knit", 2, nodes_per_loop=24), steps=steps) for steps in (STEPS, 2 * STEPS))
+    for what, off in apart(few, many).items():
+        bar(f"plain-knit 2x2 knitted in, against twice the steps: {what}", off, 0.02, "1", "issue 3, line 3")
+
+
+@pytest.mark.slow
+def test_a_knit_of_36_loops_relaxes_and_its_loops_hold_each_other() -> None:
+    laid = lay("stockinette-default", 6)
+    *_, (_, state, _) = knit_in(Workspace(laid.model), laid.state)
+    held = np.abs(clasp_numbers(laid.specimen, state.q[:, :3]))
+    # Two for each of six loops in each pair of rows; turn-arounds of the course edges may let go.
+    assert held.shape == (5, 6, 2)
+    assert held[:, 1:-1].all()
+    assert held.sum() >= 57
+
+
 def test_hardly_anything_moves_when_the_test_begins(bar: Callable[..., None]) -> None:
     """A contact that slides forgets a little when strands turn; that must be over."""
     laid, before = lay("plain-knit", 3), _relaxed("plain-knit").state
