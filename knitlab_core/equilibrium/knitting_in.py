@@ -90,7 +90,7 @@ def knit_in(
         )
         return replace(settled, rods=rods)
 
-    last, at, still, spent = _idle(state), 0.0, False, work.spent.iterations
+    last, at, still, spent = _idle(state), 0.0, False, work.clock.iterations
     control, reach = StepControl.of(1.0 / steps, Pace(), turns=False), REACH * STEPS / steps
     # Once more at the end: friction comes to rest, so that nothing stirs in the test before the fixtures do.
     while not still:
@@ -104,8 +104,8 @@ def knit_in(
                 found, report = _follow_down(work, last, options, to, reach)
         control.accept(to, change)
         at, last = to, _idle(found)
-        yield at, last, replace(report, iterations=work.spent.iterations - spent)
-        spent = work.spent.iterations
+        yield at, last, replace(report, iterations=work.clock.iterations - spent)
+        spent = work.clock.iterations
 
 
 @contextmanager
