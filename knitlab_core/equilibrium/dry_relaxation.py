@@ -8,8 +8,9 @@
 and the test begins from this state: what is stored in it is stored from the start, its works are zero.
 
 Friction acts meanwhile. It is what holds such a knit together: without it the yarn slides through its loops until
-they let go of each other. Where loops snap, the yarn moves as through a viscous fluid that thins out, so that they
-come down where they stand (docs/decisions/0010).
+they let go of each other. What friction does depends on the path, so no step is longer than the path allows: none in
+which a node goes farther than `REACH`. Where even a short step would, loops snap. They are followed down as through a
+viscous fluid that thins out, in moves that are no longer (docs/decisions/0010).
 """
 
 from collections.abc import Iterator
@@ -20,17 +21,27 @@ import numpy as np
 from knitlab_core.equilibrium.march import Failure, advance
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.snap_through import BRISK, come_to_rest
+from knitlab_core.equilibrium.snap_through import THICK, come_to_rest, longest_way
+from knitlab_core.equilibrium.step_control import LARGEST_CHANGE, Pace, StepControl
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError, SpecificationError
 from knitlab_core.rods.rod import Rods, measure_strains
 
 STEPS = 16
-"""Steps in which a yarn is relaxed."""
+"""Fewest steps in which a yarn is relaxed."""
+
+REACH = 2.0
+"""Farthest that a node may go in a step or a move [r], where the fewest steps are `STEPS`."""
+
+MOST_MOVES = 2000
+"""Moves in which a snap must come to rest: the end of a yarn that slips out of its loop goes 50 r in short ones."""
+
+DIRECT = Options(max_iterations=20, rescue=False)
+"""No rescue: continuation would pass a snap in moves of any length."""
 
 
 def knit_in(
-    work: Workspace, state: State, *, steps: int = STEPS, options: Options = BRISK
+    work: Workspace, state: State, *, steps: int = STEPS, options: Options = DIRECT
 ) -> Iterator[tuple[float, State, Report]]:
     """Relax a yarn from the shape it was laid in to its equilibrium, with the fixtures where they are.
 
@@ -43,15 +54,17 @@ def knit_in(
     state : State
         The knit as laid in. Only its configuration counts, which need not be an equilibrium of the model.
     steps : int
-        Steps of the way.
+        Fewest steps of the way. They are made shorter, down to 1/16, where nodes would go farther than
+        `REACH` * `STEPS` / `steps`.
     options : Options
         How hard to try.
 
     Yields
     ------
     share, State, Report
-        Share of the way, the equilibrium there and how it was found. The last, the second at share 1, is that from
-        which a test begins; the yarn of those at smaller shares is half relaxed.
+        Share of the way, the equilibrium there and how it was found, with the iterations of all searches since the
+        one before. The last, the second at share 1, is that from which a test begins; the yarn of those at smaller
+        shares is half relaxed.
 
     Raises
     ------
@@ -75,23 +88,35 @@ def knit_in(
             rest_twist=twist + share * (settled.rest_twist - twist),
         )
 
-    last = _idle(state)
+    last, at, still, spent = _idle(state), 0.0, False, work.clock.iterations
+    control, reach = StepControl.of(1.0 / steps, Pace(), turns=False), REACH * STEPS / steps
     # Once more at the end: friction comes to rest, so that nothing stirs in the test before the fixtures do.
-    for share in [*((step + 1) / steps for step in range(steps)), 1.0]:
-        last, report = _come_to_rest(work, last, eased(share), options, share)
-        yield share, last, report
+    while not still:
+        still, to = at == 1.0, control.goal(at)
+        rods = eased(to)
+        found, report = advance(work, last, last.q, options, rods=rods)
+        change = np.inf if found is None else LARGEST_CHANGE * longest_way(found) / reach
+        if not still and control.rejects(change):
+            continue
+        if found is None or change > LARGEST_CHANGE:
+            found, report = _follow_down(work, last, rods, options, to, reach)
+        control.accept(to, change)
+        at, last = to, _idle(found)
+        yield at, last, replace(report, iterations=work.clock.iterations - spent)
+        spent = work.clock.iterations
 
 
-def _come_to_rest(work: Workspace, state: State, rods: Rods, options: Options, share: float) -> tuple[State, Report]:
-    """Return the equilibrium with the fixtures where they are, and how it was found, all iterations counted."""
+def _follow_down(
+    work: Workspace, state: State, rods: Rods, options: Options, share: float, reach: float
+) -> tuple[State, Report]:
+    """Return the equilibrium that loops come to which snap, with the fixtures where they are, and the last search."""
 
     def move(begun: State, drag: float) -> tuple[State | None, Report]:
-        found, report = advance(work, begun, begun.q, options, rods=rods, drag=drag)
-        return (None if found is None else _idle(found)), report
+        return advance(work, begun, begun.q, options, rods=rods, drag=drag)
 
-    found, report = come_to_rest(move, state)
+    found, report = come_to_rest(move, state, drag=THICK, most=MOST_MOVES, reach=reach)
     if found is not None:
-        return _idle(found), report
+        return found, report
     x, y, z = state.q[report.node, :3] * work.model.scales.length
     place = (float(x), float(y), float(z))
     raise ConvergenceError(Failure(progress=share, report=report, position=place, way="relaxing into the knit"))

@@ -183,7 +183,7 @@ def _search(
     if begun is None:
         return None, blocked(int(np.argmax(np.abs(motion))) // 4, state.contacts)
     q, frames, gradient, report = equilibrate(work, *begun, options, motion)
-    if not report.converged and not drag and np.isfinite(report.residual):
+    if not report.converged and options.rescue and not drag and np.isfinite(report.residual):
         spent = report.iterations
         q, frames, gradient, report = continue_to_rest(work, q, frames, options, motion)
         report = replace(report, iterations=spent + report.iterations)

@@ -54,12 +54,15 @@ class Options:
         Give up after so many, whatever the progress.
     room : float
         Share of the way to a neighbour's core that one iteration may use.
+    rescue : bool
+        Whether a search that makes no progress is handed to continuation, which may pass a snap.
     """
 
     tolerance: float = 1e-4
     follow_below: float = 1.0
     max_iterations: int = 60
     room: float = 0.8
+    rescue: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,7 +234,7 @@ def equilibrate(
             node=worst // 4,
             contacts=contacts,
         )
-        stalled = iteration > PATIENCE and relative > 0.5 * min(before[:-PATIENCE])
+        stalled = options.rescue and iteration > PATIENCE and relative > 0.5 * min(before[:-PATIENCE])
         if report.converged or stalled or iteration >= options.max_iterations or not np.isfinite(relative):
             return q, frames, gradient, report
         before.append(relative)

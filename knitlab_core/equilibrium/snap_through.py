@@ -8,6 +8,8 @@ step of pseudo-time 1 / c. Only what is found without drag is an equilibrium.
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.sparse.sums import inner
@@ -34,7 +36,7 @@ Search = Callable[[State, float], tuple[State | None, Report]]
 
 
 def come_to_rest(
-    search: Search, state: State, *, drag: float = 0.0, most: int = MOST_MOVES
+    search: Search, state: State, *, drag: float = 0.0, most: int = MOST_MOVES, reach: float = np.inf
 ) -> tuple[State | None, Report]:
     """Follow a snap to its end.
 
@@ -48,6 +50,8 @@ def come_to_rest(
         That of the first move [E r].
     most : int
         Moves after which to give up.
+    reach : float
+        Farthest that a node may go in a move [r]; a longer one is made again with more drag.
 
     Returns
     -------
@@ -58,7 +62,9 @@ def come_to_rest(
     begun, spent, moves = state, 0, 0
     while True:
         found, report = search(state, drag)
-        easy = report.iterations <= EASY
+        way = 0.0 if found is None else longest_way(found)
+        easy = report.iterations <= EASY and way <= THINNER * reach
+        found = found if way <= reach else None
         spent, moves = spent + report.iterations, moves + 1
         report = replace(report, iterations=spent)
         if found is not None and drag == 0.0:
@@ -95,6 +101,12 @@ def _doubt(before: State, after: State) -> float:
 
 def _with_loss(before: State, after: State) -> State:
     return replace(after, snap_work=before.snap_work + kept(before) - kept(after))
+
+
+def longest_way(state: State) -> float:
+    """Return how far the node went that moved most since the equilibrium before [r]."""
+    x, y, z = state.increment[:, :3].T
+    return float(np.sqrt(x * x + y * y + z * z).max())
 
 
 def kept(state: State) -> float:

@@ -16,6 +16,7 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, planar_specimen
+from rigs.protocol.specimen import gauge_lengths
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,7 +51,10 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knit:
-    """A specimen on its four edges, not yet pulled; `gauge` is its length along course and wale [r]."""
+    """A specimen on its four edges, not yet pulled; `gauge` is its length along course and wale [r].
+
+    It is that of the yarn, the same for every mesh: nodes lie beside the yarn, the further the coarser the mesh.
+    """
 
     specimen: Specimen
     model: Model
@@ -97,12 +101,12 @@ def make_knit(
         friction=friction,
         bonds=bonds,
     )
-    gauge = np.zeros(2)
-    for edge, axis, share in EDGES:
+    for edge, axis, _ in EDGES:
         pins = specimen.sites[edge]
         model.fixed[pins, axis] = model.fixed[pins, 2] = True
-        gauge[axis] += 2.0 * share * start.q[pins, axis].mean()
-    return Knit(specimen=specimen, model=model, start=start, gauge=(float(gauge[0]), float(gauge[1])))
+    gauge = gauge_lengths(specimen)
+    length = model.scales.length
+    return Knit(specimen=specimen, model=model, start=start, gauge=(gauge["C"] / length, gauge["W"] / length))
 
 
 def pull(

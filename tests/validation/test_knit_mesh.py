@@ -3,6 +3,9 @@
 Contact acts on the quadratic B-spline of which the nodes are the control points, and specimens place them so that
 it passes through the printed curve. With the nodes on that curve the spline would run inside it by h^2 kappa / 8,
 and 48 nodes per loop would err by 6 to 10 % against 96.
+
+Both meshes are pulled equally far, by the strain of the yarn: over the nodes a coarse specimen is longer, by 0.08 % of
+the wale at 48 nodes per loop, which makes 0.25 % of the force at 40 %.
 """
 
 from __future__ import annotations

@@ -84,6 +84,27 @@ def test_what_rests_already_stays_and_sets_nothing_free() -> None:
     assert found.snap_work == pytest.approx(0.0, abs=1e-6 * found.energies.sum())
 
 
+def test_no_move_of_a_snap_is_longer_than_its_reach() -> None:
+    model, state = arch()
+    reach = 2.0
+    work = Workspace(model)
+    target, ways = loaded(work, state, 1.0), []
+
+    def move(begun: State, drag: float) -> tuple[State | None, Report]:
+        found, report = advance(work, begun, target, drag=drag)
+        if found is not None:
+            ways.append(float(np.linalg.norm(found.increment[:, :3], axis=1).max()))
+        return found, report
+
+    found, _ = come_to_rest(move, state, drag=1e-6, reach=reach)
+    assert found is not None
+    kept_to = [way for way in ways if way <= reach]
+    # Some moves were too long and made again; those that count lead through the snap.
+    assert len(kept_to) < len(ways)
+    assert height(found) < -0.5 * RISE
+    assert sum(kept_to) >= height(state) - height(found)
+
+
 def test_what_comes_to_no_rest_is_none() -> None:
     _, state = arch()
     drags = []
