@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
-    """Hold one number of the real world, and say where it comes from.
+    """A measured or assumed number with its source.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelaxationTerm:
-    """Say which share of the stiffness relaxes in which time: one term of a Prony series.
+    """One term of a Prony series: share of the stiffness that relaxes, and its time.
 
     Parameters
     ----------

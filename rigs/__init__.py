@@ -1,4 +1,4 @@
-"""Put the laboratory together: protocols, fixtures, instruments, the run and its record.
+"""The virtual laboratory: protocols, machines, instruments, control of a test, and its record.
 
-The middle wing. It stands on ``knitlab_core`` and is used by ``app``.
+It uses ``knitlab_core`` and is used by ``app``.
 """

@@ -1,4 +1,4 @@
-"""Say what a run leaves behind: equilibria, frames and how it ended."""
+"""Record of a run: equilibria, frames and outcome."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ENDS: tuple[End, ...] = get_args(End)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpecimenSize:
-    """Hold the lengths that turn travel into strain and force into stress.
+    """Lengths that turn travel into strain and force into stress.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class SpecimenSize:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equilibrium:
-    """Hold one accepted equilibrium: what the solver found, before any instrument reads it.
+    """One accepted equilibrium, as the solver found it, before any instrument reads it.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class Equilibrium:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
-    """Hold the shape of the knit at one equilibrium.
+    """Shape of the knit at one equilibrium.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Say how the run ended; a limit or a rupture is a result, not an error.
+    """How a run ended; a limit or a rupture is a result, not an error.
 
     Attributes
     ----------
@@ -233,7 +233,7 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
-    """Hold the equilibria of a run column by column.
+    """Equilibria of a run, column by column.
 
     Attributes
     ----------

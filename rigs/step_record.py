@@ -1,4 +1,4 @@
-"""Say what a run leaves behind beside its rows: how steps ended."""
+"""Record of how the steps of a run ended."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRecord:
-    """Say how a step of the protocol ended; while it is under way, as if it were aborted there.
+    """How a step of the protocol ended; while it is under way, as if it were aborted.
 
     Attributes
     ----------

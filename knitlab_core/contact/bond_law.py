@@ -8,7 +8,7 @@ from knitlab_core.errors import SpecificationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BondLaw:
-    """Say which strands are fused, and what their bonds bear.
+    """Fused points: which strands are fused, and the strength of their bonds.
 
     A bond breaks where (sigma / strength)^2 + (tau / shear_strength)^2 reaches 1, with sigma = F / A + 4 M / pi a^3
     the largest tension on the neck (none if pressed) and tau = S / A + 2 T / pi a^3 the largest shear, of pull F,

@@ -55,7 +55,7 @@ class Failure:
     way: str = "the stroke"
 
     def __str__(self) -> str:
-        """Say in one line what remains out of balance, and where."""
+        """Return in one line the force that remains unbalanced, and where."""
         x, y, z = (1e3 * c for c in self.position)
         if np.isinf(self.report.residual):
             return (

@@ -38,7 +38,7 @@ RELEASE = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spot:
-    """Be the most strained spot of all fibres: its edge and the strain at its surface [1]."""
+    """Most strained spot of all fibres: its edge and the strain at its surface [1]."""
 
     edge: int
     strain: float

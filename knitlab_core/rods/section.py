@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """Hold stiffnesses relative to a solid round rod of the contact radius.
+    """Stiffnesses of a section relative to a solid round rod of the contact radius.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Turn logged travel and force into the figures a mechanics paper prints.
+"""Stress, strain and the figures of cycles from logged travel and force.
 
 Every function is a formula on arrays; SI units in, SI units out. Stress and strain are effective
 ones: "using the overall sample dimensions ... unit thickness is assumed" (the paper's Results).
@@ -240,7 +240,7 @@ def _is_closed(strain: FloatArray) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleFigures:
-    """Hold the figures of one axis over one cycle.
+    """Figures of one axis over one cycle.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Find where a test strains a fibre beyond what its material bears, and the model carries on."""
+"""Where a test strains a fibre beyond a limit of its material that the model does not include."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LimitName: TypeAlias = Literal["strength", "elongation at break"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MaterialLimit:
-    """Hold a limit of a material as the strain at the surface of a fibre that reaches it.
+    """Limit of a material as the strain at the surface of a fibre that reaches it.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class MaterialLimit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitCrossing:
-    """Say at which row of a run a fibre first passed a limit of its material.
+    """Row of a run at which a fibre first passed a limit of its material.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ class Channel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instrument:
-    """Hold the channels that share one clock.
+    """An instrument: channels that share one clock.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Instrument:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zeroing:
-    """Say when the channels of some kinds were set to zero.
+    """Time at which the channels of some kinds were set to zero.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class _Chain:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Part:
-    """Hold a part of what a channel shows."""
+    """A part of the values of a channel."""
 
     clean: FloatArray
     measured: FloatArray
@@ -276,7 +276,7 @@ def measured_parts(
 def _samples(
     instrument: Instrument, trace: Trace, at: FloatArray, parts: Mapping[str, _Part], jumps: FloatArray
 ) -> Samples:
-    """Put what the channels show at some ticks together."""
+    """Return the samples of all channels at some ticks."""
     # The row that ends the interval of a sample names its stroke.
     row = np.minimum(np.searchsorted(trace.columns["time"], at - 1e-9), len(trace) - 1)
     return Samples(

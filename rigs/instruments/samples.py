@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Samples:
-    """Hold what an instrument logged, and what it would have logged without flaw.
+    """Samples that an instrument logged, with noise and without.
 
     Attributes
     ----------

@@ -187,7 +187,7 @@ def quantise(values: FloatArray, resolution: float) -> FloatArray:
 
 
 def saturate(values: FloatArray, limit: float) -> FloatArray:
-    """Hold the values within plus and minus the limit."""
+    """Clip the values at plus and minus the limit."""
     return np.clip(values, -limit, limit)
 
 

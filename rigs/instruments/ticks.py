@@ -35,7 +35,7 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ticks:
-    """Hold some ticks.
+    """A part of the ticks of a clock.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ Channels: TypeAlias = "Mapping[str, Sequence[object]]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Locale:
-    """Hold the marks of a country.
+    """Marks of a country in numbers and dates.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Say how a country writes numbers and dates, and put a dialect into it.
+"""Numbers and dates as written in a country, and dialects in its form.
 
 Assumed: where the comma marks decimals the semicolon stands between fields, as spreadsheets of that country read it,
 thousands are not marked, and headings stay English. The files are UTF-8 without a byte-order mark.

@@ -1,4 +1,4 @@
-"""Hold what a test left behind that its logs show, and describe a log file."""
+"""Data of a test that logs show, and the description of a log file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Facts: TypeAlias = "Mapping[str, object]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
-    """Hold a test as its logs see it.
+    """Data of a test that its logs show.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ def segments(phases: Sequence[Phase], before: int = OUTWARD) -> list[int]:
 
 @dataclass(slots=True, kw_only=True)
 class _Outward:
-    """Hold an outward stroke that follows a return: its samples, where it set out [m], and the cycles since."""
+    """An outward stroke that follows a return: its samples, where it set out [m], and the cycles since."""
 
     first: int
     low: float

@@ -1,4 +1,4 @@
-"""Hold the yarn at its boundary: which unknowns a carriage prescribes, where it puts them, what it feels.
+"""Boundary conditions of the yarn: unknowns that carriages prescribe, their values, and the forces on carriages.
 
 A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
 a plate that loops are fused into holds every unknown of all their nodes inside it. Wires are strands of their own in
@@ -76,7 +76,7 @@ class Grip:
 
 
 def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
-    """Hold both faces of an axis: by pins that slide along their poles, or by plates printed around them.
+    """Return the grips of both faces of an axis: pins that slide along their poles, or plates printed around them.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Hold the numbers of a machine, each with its source, and the instrument that reads it."""
+"""Data of a machine, each number with its source, and the instruments that read it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ REFERENCE: Final[MachineName] = "uniaxial-frame"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Datum:
-    """Hold a number that was looked up or guessed, and say which.
+    """A number with its source, or marked as assumed.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Datum:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Carriage:
-    """Hold the drive of a pair: default and largest speed [m/s], travel [m], compliance [m/N].
+    """Drive of a pair of carriages: default and largest speed [m/s], travel [m], compliance [m/N].
 
     The smallest speed [m/s] and the force it can bear [N] are None where nothing is known of such a limit; the gap [m]
     that a gripper crosses before it takes hold of its specimen is None where none is left.
@@ -68,14 +68,14 @@ class Carriage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pole:
-    """Hold the pole the hooks slide along: friction coefficient [1]."""
+    """Pole along which hooks slide: friction coefficient [1]."""
 
     friction: Datum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """Hold a load cell or an encoder: limit, noise (standard deviation), resolution [N or m].
+    """Load cell or encoder: limit, noise (standard deviation), resolution [N or m].
 
     Time constant of its low-pass [s], creep of its zero [N/s or m/s] and delay after the clock's tick [s] are None
     where it has none. Its accuracy, a share of the reading [1] or a length [m], is None where none is known; it is
@@ -93,7 +93,7 @@ class Sensor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clock:
-    """Hold the default and the largest rate of the log [Hz], and how the clock differs from another machine's.
+    """Clock of a machine: default and largest rate of the log [Hz], offset and skew against another machine's.
 
     Offset [s] and skew [1] count where the machine stands beside one that keeps the time (`REFERENCE`). The lead is
     how long the log begins before the test [s]. Each is None where there is none.
@@ -108,7 +108,7 @@ class Clock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Convention:
-    """Hold what is agreed, not measured: thickness [m] and room temperature [°C]."""
+    """Conventions, not measurements: thickness [m] and room temperature [°C]."""
 
     thickness: Datum
     temperature: Datum
@@ -116,7 +116,7 @@ class Convention:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MachineData:
-    """Hold every number of a machine.
+    """All data of a machine.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def instruments_on(protocol: Protocol, data: Mapping[MachineName, MachineData]) 
 def instruments_of(
     driven: Mapping[MachineName, Sequence[Axis]], data: Mapping[MachineName, MachineData], log: LogSpec
 ) -> tuple[Instrument, ...]:
-    """Put the channels of every machine of a rig on its clock.
+    """Return the instruments of a rig: the channels of each machine on its clock.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def instruments_of(
 
 
 def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis], rate: float) -> Instrument:
-    """Put the channels of a machine on its clock, which is right.
+    """Return the channels of a machine on a clock without offset or skew.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Hold the numbers of a scanning electron microscope, each with its source."""
+"""Data of a scanning electron microscope, each number with its source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigs.machines.machine import Datum  # noqa: TC001 (what reads the file asks
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Microscope:
-    """Hold how a microscope sees and what it says of itself.
+    """Data of a microscope: resolution, beam, detector, and the tags of its images.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Hold the numbers of a printer, each with its source."""
+"""Data of a 3D printer, each number with its source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rigs.machines.machine import Datum  # noqa: TC001 (what reads the file asks
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PrinterData:
-    """Hold what a printer can resolve.
+    """Resolution of a printer.
 
     Attributes
     ----------

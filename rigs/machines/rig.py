@@ -1,4 +1,4 @@
-"""Put a rig together: a knit on sliding hooks, carriages, load cells and encoders on the clocks of their machines."""
+"""A rig with its specimen mounted: a knit on hooks, carriages, load cells and encoders on their clocks."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadTrain:
-    """Hold what lies between the crosshead, or the carriages, of an axis and the specimen's fixture.
+    """Load train of an axis: everything between the crosshead, or the carriages, and the specimen's fixture.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class LoadTrain:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rig:
-    """Hold a rig with its specimen mounted.
+    """A rig with its specimen mounted.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Rig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Hold what the carriages feel, flawless and before any zeroing.
+    """Forces on the carriages, without noise and before any zeroing.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class Reading:
 def mount(
     specimen: Specimen, protocol: Protocol, data: Mapping[MachineName, MachineData], *, relaxed: bool = True
 ) -> tuple[Rig, State]:
-    """Hang a specimen on the rig of a protocol.
+    """Mount a specimen on the rig of a protocol.
 
     Parameters
     ----------

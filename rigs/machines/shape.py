@@ -1,4 +1,4 @@
-"""Say what the shape of a knit is coloured by: how its yarn is strained and pressed."""
+"""Fields along the yarn: axial strain, bending strain, contact force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hang a knit on wires: which hooks of its edges become wires, and what slides along the poles."""
+"""Wire hooks: which hooks of an edge become wires, and what slides along the poles."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 class Hung(NamedTuple):
-    """Hold the wires of a rig, nodes (n, 3) [m] as the solver's model counts them, and the grips that carry them."""
+    """Wires of a rig: nodes (n, 3) [m] as the solver's model counts them, and the grips that carry them."""
 
     wires: tuple[FloatArray, ...]
     grips: dict[Axis, tuple[Grip, Grip]]
 
 
 def hang_on_wires(specimen: Specimen, pins: Pairs) -> Hung:
-    """Put a wire in the place of every pin that has a loop to go through; the others stay pins.
+    """Replace every pin that has a loop to go through by a wire; the others stay pins.
 
     Parameters
     ----------
