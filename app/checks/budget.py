@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from knitlab_core.knits import Yarn
     from rigs.axes import Axis
-    from rigs.control.strokes import Stroke
     from rigs.protocol.specimen import SpecimenSpec
+    from rigs.protocol.strokes import Stroke
 
 #: Strands that lie side by side where a knit that is drawn is at its narrowest.
 STRANDS: Final = 4

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from rigs.axes import Axis
     from rigs.control.plan import Planned
-    from rigs.control.strokes import Stroke
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import Protocol
+    from rigs.protocol.strokes import Stroke
 
 _ANY = "RGD8530-DM"  # a material, where none matters
 

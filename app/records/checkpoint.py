@@ -24,8 +24,8 @@ from knitlab_core.errors import FormatError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
 from rigs.control.resume_point import PathPosition, ResumePoint
-from rigs.control.strokes import History, Readings
 from rigs.instruments.channels import Zeroing
+from rigs.protocol.strokes import History, Readings
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:

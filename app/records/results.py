@@ -14,7 +14,6 @@ from rigs.analysis.material_limits import crossings, limits_of
 from rigs.instruments.channels import Zeroing
 from rigs.instruments.signals import zero_offset
 from rigs.jumps import parted
-from rigs.protocol.steps import Cycle, Zero
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
@@ -112,9 +111,9 @@ def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
     """Return when channels were set to zero in a run."""
     begun = {step.number: step.time for step in run.steps}
     return [
-        Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.channels))
+        Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.tares))
         for leaf in unrolled(protocol.steps)
-        if isinstance(leaf.step, Zero) and leaf.number in begun
+        if leaf.step.tares and leaf.number in begun
     ]
 
 
@@ -139,16 +138,16 @@ def _mechanics(
         travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
         curves[axis] = stress_strain(travel, force, axis, size)
     cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
-    cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if isinstance(leaf.step, Cycle)]
+    cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if leaf.step.cyclic]
     for leaf in cycling:
         rows = np.flatnonzero(steps == leaf.number)
-        if not len(rows) or not isinstance(leaf.step, Cycle):
+        if not len(rows):
             continue
         rows = np.concatenate([rows[:1] - 1, rows]) if rows[0] > 0 else rows
         # The row before belongs to the step before, but the first cycle sets out from it.
         phase = ["Zero", *(trace.phase[row] for row in rows[1:])]
         number = cycle[rows] - cycle[rows[1:]].min() + 1
-        name = "" if len(cycling) == 1 else f", {leaf.tag or leaf.place}"
+        name = "" if len(cycling) == 1 else f", {leaf.step.tag or leaf.place}"
         for axis in leaf.step.axes:
             strain, stress = (values[rows] for values in curves[axis])
             yield from _of_cycles(axis, cycle_figures(axis, strain, stress, phase, number), name)

@@ -22,7 +22,8 @@ from app.schemas.steps import (
 )
 from app.schemas.units import parse, write
 from knitlab_core.errors import SpecificationError, UnitError
-from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, Step, UntilRupture, Zero, step_name
+from rigs.protocol.step import step_name
+from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, UntilRupture, Zero
 from rigs.protocol.targets import ForceRate, StepLog, StrainRate, Target, Until
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from app.schemas.document import Document, Place
     from app.schemas.steps import HoldModel, StepLogModel, TargetModel, UntilModel
     from app.schemas.units import Dimension
+    from rigs.protocol.step import Step
     from rigs.protocol.targets import Control, Rate
 
 _MEASURES: Final[Mapping[Control, Dimension]] = {"strain": "strain", "displacement": "length", "force": "force"}

@@ -14,7 +14,6 @@ from rigs.analysis.cycles import stress_strain
 from rigs.instruments.pchip import Pchip
 from rigs.instruments.signals import zero_offset
 from rigs.jumps import parted
-from rigs.protocol.steps import Cycle, Preload, Ramp, UntilRupture
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
@@ -196,9 +195,7 @@ def _roles(protocol: Protocol, axis: Axis) -> dict[int, Role]:
     return {
         leaf.number: beside
         for leaf in unrolled(protocol.steps)
-        if beside is not None
-        and isinstance(leaf.step, Ramp | Cycle | Preload | UntilRupture)
-        and axis not in leaf.step.axes
+        if beside is not None and leaf.step.moves and axis not in leaf.step.axes
     }
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.checks.dry_run import Plan
     from rigs.axes import Axis
     from rigs.control.plan import Planned
-    from rigs.control.strokes import Stroke
+    from rigs.protocol.strokes import Stroke
 
 _MOST_LINES: Final = 40
 
@@ -45,11 +45,11 @@ def plan_data(plan: Plan) -> dict[str, Any]:
 
 def _step_data(step: Planned) -> dict[str, Any]:
     """Return a step as plain data, SI units."""
-    until = step.leaf.until
+    until = step.leaf.step.until
     return {
         "step": step.leaf.number,
         "place": step.leaf.place,
-        "tag": step.leaf.tag,
+        "tag": step.leaf.step.tag,
         "strokes": len(step.strokes),
         "duration_s": step.duration,
         "until": None if until is None else {name: one for name, one in asdict(until).items() if one is not None},
@@ -87,9 +87,9 @@ def print_plan(plan: Plan) -> None:
             table.add_row(name, str(stroke.cycle), _what(stroke), *ways, f"{stroke.duration:.4g} s", stroke.tag or "")
             name, lines = "", lines + 1
         if not step.strokes and lines < _MOST_LINES:
-            table.add_row(name, "", "nothing moves", *[""] * len(axes), "0 s", step.leaf.tag or "")
+            table.add_row(name, "", "nothing moves", *[""] * len(axes), "0 s", step.leaf.step.tag or "")
             lines += 1
-        if step.leaf.until is not None and lines < _MOST_LINES:
+        if step.leaf.step.until is not None and lines < _MOST_LINES:
             table.add_row("", "", f"until {_until(step)}", *[""] * len(axes), "", "")
     console = console_of()
     console.print(table)
@@ -125,8 +125,8 @@ def _limit_lines(plan: Plan) -> Iterator[str]:
 
 def _densities(plan: Plan) -> str:
     """Return what the steps say of their logs."""
-    log, own = plan.protocol.log, any(step.leaf.log is not None for step in plan.steps)
-    events = log.events is not None or any(step.leaf.log and step.leaf.log.events for step in plan.steps)
+    log, own = plan.protocol.log, any(step.leaf.step.log is not None for step in plan.steps)
+    events = log.events is not None or any(step.leaf.step.log and step.leaf.step.log.events for step in plan.steps)
     return f"{' and as the steps say' if own else ''}{', more near events' if events else ''}"
 
 
@@ -153,7 +153,7 @@ def _what(stroke: Stroke) -> str:
 def _until(step: Planned) -> str:
     """Return what ends a step early."""
     units = {"force": " N", "displacement": " m", "time": " s"}
-    ends = {} if step.leaf.until is None else asdict(step.leaf.until)
+    ends = {} if step.leaf.step.until is None else asdict(step.leaf.step.until)
     return ", ".join(f"{name} {value:g}{units.get(name, '')}" for name, value in ends.items() if value is not None)
 
 

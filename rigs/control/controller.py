@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigs.axes import Axis
-    from rigs.control.strokes import History
     from rigs.instruments.channels import Channel
     from rigs.machines.rig import Rig
+    from rigs.protocol.strokes import History
     from rigs.record import Equilibrium
 
 PEAK_OVER_NOISE: Final = 5.0

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigs.control.path import PathPoint
     from rigs.control.session import Session
     from rigs.control.stop_criteria import StopCriteria, StopReason
-    from rigs.control.strokes import Stroke
+    from rigs.protocol.strokes import Stroke
     from rigs.record import Equilibrium, Frame
 
 FRAME_MARK: Final = 0.2

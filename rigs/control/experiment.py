@@ -14,13 +14,13 @@ from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import controller_of
 from rigs.control.displacement_control import control_displacement, hold, hold_marks, image_shares, inner_marks
 from rigs.control.force_control import control_force
+from rigs.control.planner import Planner
 from rigs.control.resume_point import ResumePoint
 from rigs.control.session import Session
 from rigs.control.stop_criteria import StopReason, stop_criteria_of
-from rigs.control.strokes import Planner, Stroke
 from rigs.instruments.channels import Zeroing
 from rigs.machines.rig import place_of
-from rigs.protocol.steps import Image, UntilRupture
+from rigs.protocol.strokes import Stroke
 from rigs.protocol.unrolled import unrolled
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from rigs.control.stop_criteria import StopCriteria
     from rigs.machines.rig import Rig
     from rigs.protocol.protocol import Protocol
+    from rigs.protocol.step import Pictures
     from rigs.protocol.unrolled import UnrolledStep
 
 Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Outcome
@@ -112,7 +113,7 @@ def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Out
         ending = yield from _do_step(session, planner, leaf)
         if ending is not None and ending.test:
             return Outcome(end=ending.end, message=ending.message)
-        if ending is not None and ending.end in {"rupture", "slipped"} and isinstance(leaf.step, UntilRupture):
+        if ending is not None and ending.end in {"rupture", "slipped"} and leaf.step.to_rupture:
             done = Outcome(end=ending.end, message=ending.message)
     return done
 
@@ -124,18 +125,23 @@ def _do_step(session: Session, planner: Planner, leaf: UnrolledStep) -> Generato
         session.remember(session.controller.start_step(session.memory, session.time))
         session.cursor = replace(session.cursor, leaf=leaf.number, stroke=0, sight=None)
     record = StepRecord(
-        number=leaf.number, place=leaf.place, tag=leaf.tag, start=session.memory.since, time=session.time, end="abort"
+        number=leaf.number,
+        place=leaf.place,
+        tag=leaf.step.tag,
+        start=session.memory.since,
+        time=session.time,
+        end="abort",
     )
     if begins:
         yield record
-    if isinstance(leaf.step, Image):
-        yield from _picture(session, leaf.step)
+    if leaf.step.pictures is not None:
+        yield from _picture(session, leaf.step.pictures, leaf.step.tag)
     try:
         ending = yield from _do_strokes(session, planner, leaf)
     except ConvergenceError as error:
         yield replace(record, time=session.time, end="diverged", message=_account(session, error))
         raise
-    if ending is None and isinstance(leaf.step, UntilRupture):
+    if ending is None and leaf.step.to_rupture:
         ending = StopReason(end="limit", message="no rupture on the way")
     done = StopReason(end="target", message="") if ending is None else ending
     yield replace(record, time=session.time, end=done.end, message=done.message)
@@ -144,7 +150,7 @@ def _do_step(session: Session, planner: Planner, leaf: UnrolledStep) -> Generato
 
 def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Generator[Event, None, StopReason | None]:
     """Do the strokes of a step that are left; return what ended it, if anything did."""
-    for index in range(session.cursor.stroke, leaf.strokes):
+    for index in range(session.cursor.stroke, leaf.step.stroke_count):
         if index > session.cursor.stroke:
             session.cursor = replace(session.cursor, stroke=index, sight=None)
         under_way = session.cursor.sight
@@ -172,13 +178,13 @@ def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Gener
     return None
 
 
-def _picture(session: Session, step: Image) -> Iterator[Event]:
+def _picture(session: Session, pictures: Pictures, tag: str | None) -> Iterator[Event]:
     """Take a picture, or begin or end a series of them."""
-    if step.every is not None:
-        every = None if step.every == "off" else step.every
-        session.remember(replace(session.memory, every=every, image_since=session.time, image_tag=step.tag))
-    if step.every != "off":
-        yield session.pictured(step.tag)
+    if pictures != "one":
+        every = None if pictures == "off" else pictures
+        session.remember(replace(session.memory, every=every, image_since=session.time, image_tag=tag))
+    if pictures != "off":
+        yield session.pictured(tag)
 
 
 def _do(session: Session, stroke: Stroke, watch: StopCriteria) -> Generator[Event, None, StopReason | None]:

@@ -14,8 +14,8 @@ from rigs.control.lost_control import lost_control
 from rigs.control.setpoint_search import REACH, breaks
 from rigs.control.setpoints import setpoints_of
 from rigs.control.stop_criteria import TOLERANCE, StopReason
-from rigs.control.strokes import PRELOAD_REACH
 from rigs.machines.rig import read
+from rigs.protocol.strokes import PRELOAD_REACH
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigs.control.setpoint_search import ControlledPoint
     from rigs.control.setpoints import Setpoints
     from rigs.control.stop_criteria import StopCriteria
-    from rigs.control.strokes import Stroke
+    from rigs.protocol.strokes import Stroke
     from rigs.record import Equilibrium, Frame
 
 MOST_REFINEMENTS: Final = 40

@@ -10,7 +10,6 @@ import numpy as np
 from rigs.instruments.ticks import Stretch
 from rigs.jumps import jumped
 from rigs.protocol.bounds import require
-from rigs.protocol.steps import Cycle
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from rigs.axes import FloatArray, IntArray
-    from rigs.control.strokes import Stroke
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import LogSpec, Protocol
+    from rigs.protocol.strokes import Stroke
     from rigs.protocol.unrolled import UnrolledStep
     from rigs.record import Trace
 
@@ -56,11 +55,11 @@ class Density:
 
 def density(log: LogSpec, leaf: UnrolledStep | None = None) -> Density:
     """Return how densely a step is logged; what it does not say the test does."""
-    own = None if leaf is None else leaf.log
+    own = None if leaf is None else leaf.step.log
     rate = log.rate if own is None or own.rate is None else own.rate
     events = log.events if own is None or own.events is None else own.events
     every = log.every_cycle if own is None or own.every_cycle is None else own.every_cycle
-    cycles = leaf is not None and isinstance(leaf.step, Cycle)
+    cycles = leaf is not None and leaf.step.cyclic
     return Density(rate=rate, events=max(rate, events or rate), every_cycle=every if cycles else 1)
 
 
@@ -73,7 +72,7 @@ def require_rates(protocol: Protocol, machines: Mapping[MachineName, MachineData
         Naming the place in the protocol and the highest rate.
     """
     machine, most = min(((name, data.clock.max_rate.value) for name, data in machines.items()), key=lambda one: one[1])
-    said = [("log", protocol.log), *((f"{leaf.place}.log", leaf.log) for leaf in unrolled(protocol.steps))]
+    said = [("log", protocol.log), *((f"{leaf.place}.log", leaf.step.log) for leaf in unrolled(protocol.steps))]
     for place, log in said:
         for name in ("rate", "events"):
             rate = None if log is None else getattr(log, name)

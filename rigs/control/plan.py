@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
 from rigs.control.log_rate import planned_samples
-from rigs.control.strokes import Planner, Readings
-from rigs.protocol.steps import Image
+from rigs.control.planner import Planner
+from rigs.protocol.strokes import Readings
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigs.axes import Axis
-    from rigs.control.strokes import Stroke
     from rigs.protocol.protocol import Protocol
+    from rigs.protocol.strokes import Stroke
     from rigs.protocol.unrolled import UnrolledStep
 
 MAX_ROWS: Final = 10_000_000
@@ -59,7 +59,7 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
     planned = []
     for leaf in unrolled(protocol.steps):
         made, duration = [], 0.0
-        for index in range(leaf.strokes):
+        for index in range(leaf.step.stroke_count):
             stroke = planner.stroke(leaf, index, course, sight)
             if stroke is None:
                 continue
@@ -72,8 +72,9 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
                 force={**sight.force, **shown, **met, **(dict.fromkeys(sight.force, 0.0) if _tares(stroke) else {})},
             )
             course = course.after(stroke, sight)
-        if leaf.until is not None and leaf.until.time is not None:
-            duration = min(duration, leaf.until.time)
+        until = leaf.step.until
+        if until is not None and until.time is not None:
+            duration = min(duration, until.time)
         planned.append(Planned(leaf=leaf, strokes=made, duration=duration))
     return planned
 
@@ -110,10 +111,10 @@ def planned_images(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> i
     """Return how many pictures are asked for."""
     every, since, count = None, 0.0, 0
     for step in planned_steps(protocol, gauge_lengths):
-        image = step.leaf.step
-        if isinstance(image, Image):
-            every, since = (image.every if isinstance(image.every, float) else None), 0.0
-            count += image.every != "off"
+        pictures = step.leaf.step.pictures
+        if pictures is not None:
+            every, since = (pictures if isinstance(pictures, float) else None), 0.0
+            count += pictures != "off"
         elif every is not None:
             since += step.duration
             count, since = count + int(since / every), since % every

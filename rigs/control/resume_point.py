@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis
     from rigs.control.controller import Memory
-    from rigs.control.strokes import Readings
+    from rigs.protocol.strokes import Readings
     from rigs.record import Equilibrium
 
 Displacement: TypeAlias = "Mapping[Axis, float]"

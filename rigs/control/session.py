@@ -11,10 +11,10 @@ from rigs.control.checkpoint import checkpoint_of
 from rigs.control.path import AxisPath, follow, peaks_of
 from rigs.control.resume_point import END, START
 from rigs.control.stop_criteria import StopReason
-from rigs.control.strokes import Readings
 from rigs.instruments.channels import overloaded
 from rigs.machines.rig import most_strained, place_of, read
 from rigs.machines.shape import axial_strain, bending_strain, contact_force, wire_ends
+from rigs.protocol.strokes import Readings
 from rigs.record import Equilibrium, Frame
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from rigs.control.controller import Controller, Memory
     from rigs.control.path import PathPoint
     from rigs.control.resume_point import Displacement, ResumePoint
-    from rigs.control.strokes import Stroke
     from rigs.machines.rig import Rig
+    from rigs.protocol.strokes import Stroke
 
 T = TypeVar("T")
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigs.control.path import PathPoint
     from rigs.control.session import Session
     from rigs.control.stop_criteria import StopCriteria
-    from rigs.control.strokes import Stroke
+    from rigs.protocol.strokes import Stroke
     from rigs.record import Equilibrium
 
 FIRST_PACE: Final = 1.0 / 32.0

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Final
 
-from rigs.protocol.steps import Cycle, Preload, UntilRupture
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from rigs.axes import Axis
     from rigs.control.controller import Controller, Memory
-    from rigs.control.strokes import Stroke
+    from rigs.protocol.strokes import Stroke
     from rigs.protocol.targets import Control, Side, Until
     from rigs.protocol.unrolled import UnrolledStep
     from rigs.record import End
@@ -217,8 +215,7 @@ class StopCriteria:
 
 def stop_criteria_of(leaf: UnrolledStep, stroke: Stroke, gauges: Mapping[Axis, float]) -> StopCriteria:
     """Return what may end a step in one of its strokes."""
-    pulls = isinstance(leaf.step, Cycle | Preload | UntilRupture)
-    return StopCriteria(until=leaf.until, stroke=stroke, gauges=gauges, pulls=pulls)
+    return StopCriteria(until=leaf.step.until, stroke=stroke, gauges=gauges, pulls=leaf.step.pulls)
 
 
 def _passed(side: Side | None, level: float, first: float, now: float) -> float:

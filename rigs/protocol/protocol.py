@@ -13,6 +13,7 @@ from knitlab_core.errors import SpecificationError, raise_all
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.specimen import SpecimenSpec
+from rigs.protocol.step import Step
 from rigs.protocol.steps import (
     Channel,
     Control,
@@ -24,16 +25,14 @@ from rigs.protocol.steps import (
     Ramp,
     Rate,
     Repeat,
-    Step,
     StepLog,
     StrainRate,
     Target,
     Until,
     UntilRupture,
     Zero,
-    axes_of,
-    stroke_count,
 )
+from rigs.protocol.unrolled import axes_of, stroke_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -113,7 +112,7 @@ class Protocol:
     others : {'hold', 'free', 'follow'}
         What the axes do that a step does not name: stand still, give way so that they carry no force, or make the same
         strain. Beside the frame the specimen's sides are free.
-    steps : tuple of Step
+    steps : tuple of Step or Repeat
         The steps, in order.
     log : LogSpec
         How the instruments sample.
@@ -136,7 +135,7 @@ class Protocol:
     specimen: SpecimenSpec
     speed_ref: Literal["pair", "grip"] = "pair"
     others: Others
-    steps: tuple[Step, ...]
+    steps: tuple[Step | Repeat, ...]
     log: LogSpec = field(default_factory=LogSpec)
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
@@ -212,7 +211,7 @@ def require_others(rig: RigName, others: str) -> None:
     require(others in CATALOGUE[rig].others, "others", others, f"{allowed} on {rig}")
 
 
-def require_driven(steps: Sequence[Step], axes: Sequence[Axis]) -> None:
+def require_driven(steps: Sequence[Step | Repeat], axes: Sequence[Axis]) -> None:
     """Raise unless every step drives axes alone that the rig does."""
     faults = []
     for place, named in axes_of(steps):

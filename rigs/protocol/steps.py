@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from rigs.axes import AXES, Axis
 from rigs.protocol.bounds import require, require_all, require_label
+from rigs.protocol.step import Step, StepDefaults, require_no_cycles
+from rigs.protocol.strokes import PRELOAD_REACH
 from rigs.protocol.targets import (
+    Channel,
     Control,
     ForceRate,
     Rate,
@@ -24,7 +26,8 @@ from rigs.protocol.targets import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from rigs.protocol.step import Pictures
+    from rigs.protocol.strokes import Situation, Stroke
 
 __all__ = [
     "Channel",
@@ -44,30 +47,40 @@ __all__ = [
     "Until",
     "UntilRupture",
     "Zero",
-    "axes_of",
-    "step_name",
-    "stroke_count",
 ]
-
-Channel: TypeAlias = Literal["force", "displacement"]
 
 RUPTURE_DROP: Final = 0.6
 """Share by which the force must fall below its peak for a rupture, unless a protocol says otherwise [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Zero:
+class Zero(StepDefaults):
     """Tare the named channels where they stand."""
 
     channels: tuple[Channel, ...] = ("force", "displacement")
+
+    axes: ClassVar[tuple[Axis, ...]] = ()
+    tag: ClassVar[None] = None
+    until: ClassVar[None] = None
+    log: ClassVar[None] = None
+    moves: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         fine = len(self.channels) > 0 and len(set(self.channels)) == len(self.channels)
         require(fine, "channels", list(self.channels), "one or both of force and displacement, each once")
 
+    @property
+    def tares(self) -> tuple[Channel, ...]:
+        """Return the channels that are set to zero."""
+        return self.channels
+
+    def stroke(self, index: int, situation: Situation) -> Stroke:  # noqa: ARG002 (there is one)
+        """Return a stroke in which nothing moves."""
+        return replace(situation.still(), channels=self.channels)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Preload:
+class Preload(StepDefaults):
     """Load the axes until the load cell of each shows `force` [N].
 
     Driven at a speed or strain rate an axis that has met the force stops and stands while the others go on; with
@@ -82,24 +95,30 @@ class Preload:
     log: StepLog | None = None
     tag: str | None = None
 
+    pulls: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         force = f"{self.force:g} N"
         require_all(
             lambda: require_axes(self.axes),
             lambda: require(0.0 < self.force <= 1e4, "force", force, "a force above 0 and up to 10 kN"),
-            lambda: require_rate(self.rate, self.drives),
-            lambda: _require_no_cycles(self.log),
+            lambda: require_rate(self.rate, self.control or "displacement"),
+            lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
 
-    @property
-    def drives(self) -> Control:
-        """Return what the controller makes follow its course."""
-        return self.control or "displacement"
+    def stroke(self, index: int, situation: Situation) -> Stroke | None:  # noqa: ARG002 (there is one)
+        """Return the stroke until the force is met, or the axes have gone as far as `PRELOAD_REACH`."""
+        forced = self.control == "force"
+        aim = Target(kind="force", value=self.force) if forced else None
+        stroke = situation.drive(self.axes, self.rate, aim, reach=PRELOAD_REACH)
+        if stroke is None:
+            return None
+        return situation.in_set(replace(stroke, phase="Preload", stop_force=None if forced else self.force))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ramp:
+class Ramp(StepDefaults):
     """Drive the axes to a target together, the one with the longest way at `rate`."""
 
     axes: tuple[Axis, ...]
@@ -111,22 +130,23 @@ class Ramp:
     tag: str | None = None
 
     def __post_init__(self) -> None:
+        controlled = self.to.kind if self.control is None or self.control == "force" else self.control
         require_all(
             lambda: require_axes(self.axes),
             lambda: _require_same(self.control, self.to),
-            lambda: require_rate(self.rate, self.drives if self.drives != "force" else self.to.kind),
-            lambda: _require_no_cycles(self.log),
+            lambda: require_rate(self.rate, controlled),
+            lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
 
-    @property
-    def drives(self) -> Control:
-        """Return what the controller makes follow its course."""
-        return self.to.kind if self.control is None else self.control
+    def stroke(self, index: int, situation: Situation) -> Stroke | None:  # noqa: ARG002 (there is one)
+        """Return the stroke to the target."""
+        stroke = situation.drive(self.axes, self.rate, self.to)
+        return None if stroke is None else situation.in_set(stroke)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Hold:
+class Hold(StepDefaults):
     """Stand still for `duration` [s], or with ``control='force'`` keep the forces of `axes` as they are."""
 
     duration: float
@@ -136,19 +156,25 @@ class Hold:
     log: StepLog | None = None
     tag: str | None = None
 
+    moves: ClassVar[bool] = False
+
     def __post_init__(self) -> None:
         named = bool(self.axes) or self.control != "force"
         require_all(
             lambda: require_time("duration", self.duration),
             lambda: require_axes(self.axes or AXES),
             lambda: require(named, "axes", "nothing", "a list of the axes whose force is held, such as [C, W]"),
-            lambda: _require_no_cycles(self.log),
+            lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
 
+    def stroke(self, index: int, situation: Situation) -> Stroke:  # noqa: ARG002 (there is one)
+        """Return the stroke in which displacements stay, or forces."""
+        return situation.hold(self.duration, self.axes, self.axes if self.control == "force" else ())
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cycle:
+class Cycle(StepDefaults):
     """Drive the axes to `upper`, then to `lower`, at `rate`, `n` times.
 
     Both are strains [1], lengths [m] or forces [N], as `control` says.
@@ -163,6 +189,9 @@ class Cycle:
     until: Until | None = None
     log: StepLog | None = None
     tag: str | None = None
+
+    pulls: ClassVar[bool] = True
+    cyclic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         require_all(
@@ -182,9 +211,15 @@ class Cycle:
         require(self.lower < self.upper, "upper", self.upper, f"a {self.control} above lower ({self.lower:g})")
 
     @property
-    def drives(self) -> Control:
-        """Return what the controller makes follow its course."""
-        return self.control
+    def stroke_count(self) -> int:
+        """Return how many strokes it makes: two a cycle."""
+        return 2 * self.n
+
+    def stroke(self, index: int, situation: Situation) -> Stroke | None:
+        """Return a stroke to the upper end, or back to the lower one."""
+        aim = Target(kind=self.control, value=self.lower if index % 2 else self.upper)
+        stroke = situation.drive(self.axes, self.rate, aim)
+        return None if stroke is None else situation.in_set(stroke, first=index == 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +227,7 @@ class Repeat:
     """Do the steps `n` times over."""
 
     n: int
-    steps: tuple[Step, ...]
+    steps: tuple[Step | Repeat, ...]
 
     def __post_init__(self) -> None:
         require(1 <= self.n <= 10_000, "n", self.n, "a whole number from 1 to 10000")
@@ -200,7 +235,7 @@ class Repeat:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UntilRupture:
+class UntilRupture(StepDefaults):
     """Drive the axes on until the force fell by the share `drop` [1] below its peak, or the specimen tears.
 
     Fibres that break one by one end nothing. `to` is a ceiling; without it the rig's travel is.
@@ -215,6 +250,9 @@ class UntilRupture:
     log: StepLog | None = None
     tag: str | None = None
 
+    pulls: ClassVar[bool] = True
+    to_rupture: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         seen, place = "strain or displacement: under a controlled force no drop is seen", "a strain or a displacement"
         require_all(
@@ -223,74 +261,39 @@ class UntilRupture:
             lambda: require(self.to is None or self.to.kind != "force", "to", "a force", place),
             lambda: require_rate(self.rate, "displacement"),
             lambda: require_drop("drop", self.drop),
-            lambda: _require_no_cycles(self.log),
+            lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
 
-    @property
-    def drives(self) -> Control:
-        """Return what the controller makes follow its course."""
-        return self.control or "displacement"
+    def stroke(self, index: int, situation: Situation) -> Stroke | None:  # noqa: ARG002 (there is one)
+        """Return the stroke to the ceiling, which a drop of the force ends."""
+        stroke = situation.drive(self.axes, self.rate, self.to)
+        return None if stroke is None else situation.in_set(replace(stroke, drop=self.drop))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Image:
+class Image(StepDefaults):
     """Take a picture now, or from now on one `every` so many seconds, or none any more ('off')."""
 
     every: float | Literal["off"] | None = None
     tag: str | None = None
 
+    axes: ClassVar[tuple[Axis, ...]] = ()
+    until: ClassVar[None] = None
+    log: ClassVar[None] = None
+    moves: ClassVar[bool] = False
+
     def __post_init__(self) -> None:
         every = 1.0 if self.every is None or self.every == "off" else self.every
         require_all(lambda: require_time("every", every), lambda: require_label("tag", self.tag))
 
+    @property
+    def pictures(self) -> Pictures:
+        """Return what is asked of the microscope."""
+        return "one" if self.every is None else self.every
 
-Drive: TypeAlias = Preload | Ramp | Cycle | UntilRupture
-Step: TypeAlias = Zero | Preload | Ramp | Hold | Cycle | Repeat | UntilRupture | Image
-
-
-def step_name(step: Step) -> str:
-    """Return what a file calls a kind of step.
-
-    Examples
-    --------
-    >>> step_name(UntilRupture(axes=("C",), rate=1e-4))
-    'until_rupture'
-    """
-    return re.sub(r"(?<=.)([A-Z])", r"_\1", type(step).__name__).lower()
-
-
-def stroke_count(steps: Sequence[Step]) -> int:
-    """Count the single strokes that `steps` make, repeats and cycles counted out [1]."""
-    count = 0
-    for step in steps:
-        match step:
-            case Repeat():
-                count += step.n * stroke_count(step.steps)
-            case Cycle():
-                count += 2 * step.n
-            case _:
-                count += 1
-    return count
-
-
-def axes_of(steps: Sequence[Step], under: str = "steps") -> Iterator[tuple[str, tuple[Axis, ...]]]:
-    """Yield where the axes of each step are said, ``steps[2].cycle.axes``, and which they are."""
-    for number, step in enumerate(steps):
-        place = f"{under}[{number}].{step_name(step)}"
-        match step:
-            case Repeat():
-                yield from axes_of(step.steps, f"{place}.steps")
-            case Preload() | Ramp() | Cycle() | UntilRupture() | Hold():
-                yield f"{place}.axes", step.axes
-            case _:
-                pass
-
-
-def _require_no_cycles(log: StepLog | None) -> None:
-    """Raise if a step without cycles keeps some of them."""
-    every = None if log is None else log.every_cycle
-    require(every is None, "log.every_cycle", every, "no such field: only a step cycle has cycles")
+    def stroke(self, index: int, situation: Situation) -> None:
+        """Return no stroke: a picture takes no time."""
 
 
 def _require_same(control: Control | None, to: Target) -> None:

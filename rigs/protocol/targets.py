@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Control: TypeAlias = Literal["strain", "displacement", "force"]
+Channel: TypeAlias = Literal["force", "displacement"]
 Side: TypeAlias = Literal[">", "<"]
 
 MOST_STRAIN: Final = 5.0

@@ -1,67 +1,61 @@
-"""Walk the steps of a protocol with repeats counted out, each with its place in the file."""
+"""Steps of a protocol in the order in which they are done: repeats counted out, each with its place in the file."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, UntilRupture, Zero, step_name
+from rigs.protocol.step import step_name
+from rigs.protocol.steps import Repeat
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigs.protocol.steps import Step
-    from rigs.protocol.targets import StepLog, Until
-
-Single: TypeAlias = Zero | Preload | Ramp | Hold | Cycle | UntilRupture | Image
+    from rigs.axes import Axis
+    from rigs.protocol.step import Step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnrolledStep:
-    """Hold one step as it is done: a step of a repeat is one leaf each time.
+    """One step as it is done: a step of a repeat is one of these each time.
 
     Attributes
     ----------
     number : int
         Its turn, from 0.
     place : str
-        Where it is said, ``steps[2].cycle``.
-    step : Single
+        Its place in the file, ``steps[2].cycle``.
+    step : Step
         The step.
     """
 
     number: int
     place: str
-    step: Single
-
-    @property
-    def strokes(self) -> int:
-        """Return how many strokes it makes at most."""
-        return 2 * self.step.n if isinstance(self.step, Cycle) else 1
-
-    @property
-    def tag(self) -> str | None:
-        """Return the step's tag."""
-        return None if isinstance(self.step, Zero) else self.step.tag
-
-    @property
-    def until(self) -> Until | None:
-        """Return what ends the step early."""
-        return None if isinstance(self.step, Zero | Image) else self.step.until
-
-    @property
-    def log(self) -> StepLog | None:
-        """Return how the step is logged where it differs from the test."""
-        return None if isinstance(self.step, Zero | Image) else self.step.log
+    step: Step
 
 
-def unrolled(steps: Sequence[Step]) -> Iterator[UnrolledStep]:
+def unrolled(steps: Sequence[Step | Repeat]) -> Iterator[UnrolledStep]:
     """Yield the steps in the order in which they are done."""
     for number, (place, step) in enumerate(_counted_out(steps, "steps")):
         yield UnrolledStep(number=number, place=place, step=step)
 
 
-def _counted_out(steps: Sequence[Step], under: str) -> Iterator[tuple[str, Single]]:
+def stroke_count(steps: Sequence[Step | Repeat]) -> int:
+    """Count the strokes that `steps` make, those of a repeat each time [1]."""
+    return sum(step.n * stroke_count(step.steps) if isinstance(step, Repeat) else step.stroke_count for step in steps)
+
+
+def axes_of(steps: Sequence[Step | Repeat], under: str = "steps") -> Iterator[tuple[str, tuple[Axis, ...]]]:
+    """Yield the place of the axes of each step, ``steps[2].cycle.axes``, and which they are."""
+    for number, step in enumerate(steps):
+        place = f"{under}[{number}].{step_name(step)}"
+        if isinstance(step, Repeat):
+            yield from axes_of(step.steps, f"{place}.steps")
+        else:
+            yield f"{place}.axes", step.axes
+
+
+def _counted_out(steps: Sequence[Step | Repeat], under: str) -> Iterator[tuple[str, Step]]:
     """Yield place and step, those of a repeat over and over."""
     for number, step in enumerate(steps):
         place = f"{under}[{number}].{step_name(step)}"

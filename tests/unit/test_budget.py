@@ -10,8 +10,8 @@ from app.checks.budget import BAND, budget_of, fibre_line, fibre_strain
 from app.checks.dry_run import Plan, dry_run
 from app.schemas import loads
 from knitlab_core.knits import NAMED_STITCHES, locking_strain, yarn_per_loop
-from rigs.control.strokes import Stroke
 from rigs.protocol.specimen import SpecimenSpec
+from rigs.protocol.strokes import Stroke
 
 if TYPE_CHECKING:
     from rigs.axes import Axis

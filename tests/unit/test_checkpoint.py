@@ -23,8 +23,8 @@ from knitlab_core.errors import FormatError, SpecificationError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
 from rigs.control.resume_point import END, START, PathPosition, ResumePoint
-from rigs.control.strokes import History
 from rigs.instruments.channels import Zeroing
+from rigs.protocol.strokes import History
 from tests.synthetic_run import frame, row
 from tests.unit.equilibrium.strands import strand
 from tests.unit.test_runs import writer

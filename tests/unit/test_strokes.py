@@ -7,7 +7,7 @@ import pytest
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, planar_specimen
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
-from rigs.control.strokes import PRELOAD_REACH, Planner, Readings, Stroke
+from rigs.control.planner import Planner
 from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
@@ -27,6 +27,7 @@ from rigs.protocol.protocol import (
     Zero,
 )
 from rigs.protocol.specimen import gauge_lengths
+from rigs.protocol.strokes import PRELOAD_REACH, Readings, Stroke
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ BOTH: tuple[Axis, ...] = ("C", "W")
 
 
 def protocol(
-    *steps: Step,
+    *steps: Step | Repeat,
     speed_ref: Literal["pair", "grip"] = "pair",
     rate: float = 10.0,
     others: Literal["hold", "free", "follow"] = "hold",
