@@ -4,10 +4,11 @@ document  YAML to plain data that knows its places
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
 defaults  what holds though a file does not say it
-base, models, steps, specimen, materials  structure, published as JSON Schema
+base, models, specimen, materials  structure, published as JSON Schema
 locate    errors with file, line and column
 here      which words a protocol's rig and knit allow
 further   what is out of range in the parts of a protocol whose form is right
+step_parts, steps  steps: for each its model and its conversion
 convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
 material_files  the files that materials of one's own stand in
 """

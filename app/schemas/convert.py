@@ -9,11 +9,12 @@ from ruamel.yaml import YAML
 
 from app.schemas import materials
 from app.schemas.convert_specimen import to_specimen, written
-from app.schemas.convert_steps import to_steps, written_step
+from app.schemas.convert_steps import to_steps
 from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.models import SCHEMA, LogModel, ProtocolModel
 from app.schemas.specimen import VolumetricStitchModel
+from app.schemas.steps import written_step
 from app.schemas.units import write
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 from knitlab_core.materials import MATERIALS, Material

@@ -13,7 +13,8 @@ from app.schemas.errors import ProtocolError, in_order, nearest, shown
 from app.schemas.here import allowed_here, axis_meant
 from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
-from app.schemas.steps import STEPS, CycleLogModel, StepLogModel
+from app.schemas.step_parts import CycleLogModel, StepLogModel
+from app.schemas.steps import STEPS
 from knitlab_core.errors import SpecificationError
 from rigs.axes import AXES
 from rigs.protocol.specimen import NAMED_KNITS

@@ -12,7 +12,8 @@ from pydantic import Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.materials import MaterialModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
-from app.schemas.steps import EVENTS, EVERY_CYCLE, STEP_MODELS, StepModel
+from app.schemas.step_parts import EVENTS, EVERY_CYCLE
+from app.schemas.steps import STEP_MODELS, StepModel
 from app.schemas.units import allowed
 from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
 from rigs.axes import Axis

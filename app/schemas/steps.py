@@ -1,54 +1,59 @@
-"""Describe the steps of a protocol in its YAML: a union told apart by the one key of each."""
+"""Steps of a protocol in its YAML: for each its model and its conversion, and one entry in the registry `ENTRIES`.
 
-from collections.abc import Mapping
-from contextlib import suppress
+A file has a list of mappings of one key, which is the name of the step.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, Union
 
-from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, model_validator
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
+from pydantic import Discriminator, Field, Tag, create_model
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.units import Dimension, allowed, parse
-from app.schemas.values import (
-    EVERY,
-    LEVEL,
-    RATE,
-    AnyRate,
-    Every,
-    Force,
-    ForceBound,
-    Frequency,
-    Label,
-    Length,
-    LengthBound,
-    Level,
-    Strain,
-    StrainBound,
-    Time,
-    bounds,
-    refuse,
+from app.schemas.step_parts import (
+    AXES,
+    CONTROL,
+    COUNT,
+    DROP,
+    LOG,
+    TAG,
+    TARGET,
+    UNTIL,
+    CycleLogModel,
+    StepContext,
+    StepLogModel,
+    TargetModel,
+    UntilModel,
+    common,
+    driven,
+    given,
+    level,
+    target,
+    written_common,
+    written_level,
+    written_rate,
+    written_target,
+    written_time,
 )
-from knitlab_core.errors import UnitError
+from app.schemas.units import allowed, write
+from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Label, Level, Strain, Time
 from rigs.axes import Axis
-from rigs.protocol.steps import RUPTURE_DROP, Channel, Control
-
-_AXES: Final = "a list of axes, such as [C, W]"
-_COUNT: Final = "a whole number from 1"
-_DROP: Final = "a share of the peak, such as 60 %"
-_CONTROL: Final = "strain, displacement or force: what follows its course at the rate"
-_UNTIL: Final = (
-    "a mapping of what ends the step early, such as {force: 2 N}, {force: '< 0.1 N'}, {time: 20 s} or {drop: 60 %}"
+from rigs.protocol.step import Step, step_name
+from rigs.protocol.steps import (
+    RUPTURE_DROP,
+    Channel,
+    Control,
+    Cycle,
+    Hold,
+    Image,
+    Preload,
+    Ramp,
+    Repeat,
+    UntilRupture,
+    Zero,
 )
-EVENTS: Final = f"the rate near jumps of the specimen, {allowed('frequency')}"
-EVERY_CYCLE: Final = "a whole number n from 1: the first, the last and every n-th cycle of a step cycle is logged"
-_LOG: Final = "a mapping of how the step is logged, such as {rate: 1 Hz} or {rate: 1 Hz, events: 100 Hz}"
-TARGET: Final = "a target, such as 40 %, 10 mm or 2 N, or {strain: 0.4}, {displacement: 10 mm} or {force: 2 N}"
-TARGETS: Final[Mapping[str, Dimension]] = MappingProxyType(
-    {"strain": "strain", "displacement": "length", "force": "force"}
-)
-_TAG: Final = Field(default=None, description="a text or a number that names the step in the log")
 
 
 class ZeroModel(Model):
@@ -57,113 +62,121 @@ class ZeroModel(Model):
     channels: list[Channel] = Field(description="a list of channels, such as [force, displacement]")
 
 
-class UntilModel(Model):
-    """Say what ends a step before its target; what is met first does, at once if it is met when the step begins.
-
-    A level without a side is passed as the step goes: at or above it where the step pulls, at or below it where a ramp
-    lets go, from whichever side in a hold.
-    """
-
-    force: ForceBound | None = Field(default=None, description=bounds("force"))
-    strain: StrainBound | None = Field(default=None, description=bounds("strain"))
-    displacement: LengthBound | None = Field(default=None, description=bounds("length"))
-    time: Time | None = Field(default=None, description=allowed("time"))
-    drop: Strain | None = Field(default=None, description=_DROP)
+def _zero(body: ZeroModel, _: StepContext) -> Zero:
+    return Zero(channels=tuple(body.channels))
 
 
-class StepLogModel(Model):
-    """Say how a step is logged where it differs from the test."""
-
-    rate: Frequency | None = Field(default=None, description=allowed("frequency"))
-    events: Frequency | None = Field(default=None, description=EVENTS)
-
-
-class CycleLogModel(StepLogModel):
-    """Say also which of its cycles are."""
-
-    every_cycle: int | None = Field(default=None, description=EVERY_CYCLE)
-
-
-class TargetModel(Model):
-    """Say where axes go: one of a strain, a displacement and a force."""
-
-    strain: Strain | None = Field(default=None, description=allowed("strain"))
-    displacement: Length | None = Field(default=None, description=allowed("length"))
-    force: Force | None = Field(default=None, description=allowed("force"))
-
-    @model_validator(mode="before")
-    @classmethod
-    def by_its_unit(cls, value: Any) -> Any:  # noqa: ANN401 (whatever a file holds)
-        """Take a level alone as the target that its unit makes it: 10 %, 8 mm or 2 N."""
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
-            return value
-        for name, dimension in TARGETS.items():
-            with suppress(UnitError):
-                parse(value, dimension)
-                return {name: value}
-        raise refuse(TARGET)
-
-    @model_validator(mode="after")
-    def one_of_them(self) -> "TargetModel":
-        """Refuse none and several."""
-        if sum(one is not None for one in (self.strain, self.displacement, self.force)) != 1:
-            raise refuse("one of strain, displacement and force, such as {strain: 0.4}")
-        return self
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Say in the published schema that a level alone is a target too."""
-        mapping = handler.resolve_ref_schema(handler(schema))
-        return {"anyOf": [mapping, {"type": ["number", "string"], "description": TARGET}]}
+def _written_zero(step: Zero) -> dict[str, Any]:
+    return {"channels": list(step.channels)}
 
 
 class PreloadModel(Model):
     """Load axes until they carry a force."""
 
-    axes: list[Axis] = Field(description=_AXES)
+    axes: list[Axis] = Field(description=AXES)
     force: Force = Field(description=allowed("force"))
     rate: AnyRate = Field(description=RATE)
-    control: Control | None = Field(default=None, description=_CONTROL)
-    until: UntilModel | None = Field(default=None, description=_UNTIL)
-    log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: Label | None = _TAG
+    control: Control | None = Field(default=None, description=CONTROL)
+    until: UntilModel | None = Field(default=None, description=UNTIL)
+    log: StepLogModel | None = Field(default=None, description=LOG)
+    tag: Label | None = TAG
+
+
+def _preload(body: PreloadModel, context: StepContext) -> Preload:
+    return Preload(force=body.force, **driven(body, context))
+
+
+def _written_preload(step: Preload) -> dict[str, Any]:
+    own = {"axes": list(step.axes), "force": write(step.force, "force"), "rate": written_rate(step.rate)}
+    return {**own, **given(control=step.control), **written_common(step)}
 
 
 class RampModel(Model):
     """Drive axes to a target."""
 
-    axes: list[Axis] = Field(description=_AXES)
+    axes: list[Axis] = Field(description=AXES)
     to: TargetModel = Field(description=TARGET)
     rate: AnyRate = Field(description=RATE)
-    control: Control | None = Field(default=None, description=_CONTROL)
-    until: UntilModel | None = Field(default=None, description=_UNTIL)
-    log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: Label | None = _TAG
+    control: Control | None = Field(default=None, description=CONTROL)
+    until: UntilModel | None = Field(default=None, description=UNTIL)
+    log: StepLogModel | None = Field(default=None, description=LOG)
+    tag: Label | None = TAG
+
+
+def _ramp(body: RampModel, context: StepContext) -> Ramp:
+    return Ramp(to=target(body.to, context), **driven(body, context))
+
+
+def _written_ramp(step: Ramp) -> dict[str, Any]:
+    own = {"axes": list(step.axes), "to": written_target(step.to), "rate": written_rate(step.rate)}
+    return {**own, **given(control=step.control), **written_common(step)}
 
 
 class HoldModel(Model):
     """Stand still, or keep forces."""
 
     duration: Time = Field(alias="for", description=allowed("time"))
-    axes: list[Axis] | None = Field(default=None, description=_AXES)
-    control: Control | None = Field(default=None, description=_CONTROL)
-    until: UntilModel | None = Field(default=None, description=_UNTIL)
-    log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: Label | None = _TAG
+    axes: list[Axis] | None = Field(default=None, description=AXES)
+    control: Control | None = Field(default=None, description=CONTROL)
+    until: UntilModel | None = Field(default=None, description=UNTIL)
+    log: StepLogModel | None = Field(default=None, description=LOG)
+    tag: Label | None = TAG
+
+
+def _hold(body: HoldModel, context: StepContext) -> Hold:
+    held: dict[str, Any] = {"axes": tuple(body.axes or ()), "control": body.control}
+    return Hold(duration=body.duration, **held, **common(body, context))
+
+
+def _written_hold(step: Hold) -> dict[str, Any]:
+    own = given(axes=list(step.axes) or None, **{"for": written_time(step.duration)}, control=step.control)
+    return {**own, **written_common(step)}
 
 
 class CycleModel(Model):
     """Drive axes to and fro."""
 
-    axes: list[Axis] = Field(description=_AXES)
+    axes: list[Axis] = Field(description=AXES)
     lower: Level = Field(description=LEVEL)
     upper: Level = Field(description=LEVEL)
     rate: AnyRate = Field(description=RATE)
-    n: int = Field(description=_COUNT)
-    control: Control = Field(default="strain", description=_CONTROL)
-    until: UntilModel | None = Field(default=None, description=_UNTIL)
-    log: CycleLogModel | None = Field(default=None, description=_LOG)
-    tag: Label | None = _TAG
+    n: int = Field(description=COUNT)
+    control: Control = Field(default="strain", description=CONTROL)
+    until: UntilModel | None = Field(default=None, description=UNTIL)
+    log: CycleLogModel | None = Field(default=None, description=LOG)
+    tag: Label | None = TAG
+
+
+def _end(body: CycleModel, name: str) -> float:
+    return level(getattr(body, name), body.control, name)
+
+
+def _cycle(body: CycleModel, context: StepContext) -> Cycle:
+    lower, upper = (context.faults.of(partial(_end, body, name), None) for name in ("lower", "upper"))
+    # Ends that are fine stand in for those that are not.
+    ends = (0.0, 1.0) if lower is None or upper is None else (lower, upper)
+    return Cycle(lower=ends[0], upper=ends[1], n=body.n, **driven(body, context))
+
+
+def _written_cycle(step: Cycle) -> dict[str, Any]:
+    ends = {name: written_level(step.control, getattr(step, name)) for name in ("lower", "upper")}
+    own = {"axes": list(step.axes), **ends, "rate": written_rate(step.rate), "n": step.n, "control": step.control}
+    return {**own, **written_common(step)}
+
+
+class RepeatModel(Model):
+    """Do steps over."""
+
+    n: int = Field(description=COUNT)
+    steps: list["StepModel"] = Field(description="a list of steps")
+
+
+def _repeat(body: RepeatModel, context: StepContext) -> Repeat:
+    return Repeat(n=body.n, steps=context.steps(body.steps))
+
+
+def _written_repeat(step: Repeat) -> dict[str, Any]:
+    return {"n": step.n, "steps": [written_step(inner) for inner in step.steps]}
 
 
 class UntilRuptureModel(Model):
@@ -172,69 +185,82 @@ class UntilRuptureModel(Model):
     A drop is a rupture where something broke since the peak, and a slip where nothing did.
     """
 
-    axes: list[Axis] = Field(description=_AXES)
+    axes: list[Axis] = Field(description=AXES)
     rate: AnyRate = Field(description=RATE)
-    drop: Strain = Field(default=RUPTURE_DROP, description=_DROP)
+    drop: Strain = Field(default=RUPTURE_DROP, description=DROP)
     to: TargetModel | None = Field(default=None, description="a ceiling, such as 120 %, or {strain: 1.2}")
     control: Control | None = Field(default=None, description="strain or displacement")
-    until: UntilModel | None = Field(default=None, description=_UNTIL)
-    log: StepLogModel | None = Field(default=None, description=_LOG)
-    tag: Label | None = _TAG
+    until: UntilModel | None = Field(default=None, description=UNTIL)
+    log: StepLogModel | None = Field(default=None, description=LOG)
+    tag: Label | None = TAG
+
+
+def _until_rupture(body: UntilRuptureModel, context: StepContext) -> UntilRupture:
+    to = None if body.to is None else target(body.to, context)
+    return UntilRupture(drop=body.drop, to=to, **driven(body, context))
+
+
+def _written_until_rupture(step: UntilRupture) -> dict[str, Any]:
+    own = given(axes=list(step.axes), to=written_target(step.to), rate=written_rate(step.rate), drop=step.drop)
+    return {**own, **given(control=step.control), **written_common(step)}
 
 
 class ImageModel(Model):
     """Take pictures."""
 
     every: Every | None = Field(default=None, description=EVERY)
-    tag: Label | None = _TAG
+    tag: Label | None = TAG
 
 
-class ZeroStep(Model):
-    """Be the step `zero`."""
-
-    zero: ZeroModel
+def _image(body: ImageModel, _: StepContext) -> Image:
+    return Image(every=body.every, tag=body.tag)
 
 
-class PreloadStep(Model):
-    """Be the step `preload`."""
-
-    preload: PreloadModel
-
-
-class RampStep(Model):
-    """Be the step `ramp`."""
-
-    ramp: RampModel
+def _written_image(step: Image) -> dict[str, Any]:
+    every = step.every if step.every is None or step.every == "off" else written_time(step.every)
+    return given(every=every, tag=step.tag)
 
 
-class HoldStep(Model):
-    """Be the step `hold`."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepEntry:
+    """A step of the protocol language.
 
-    hold: HoldModel
+    Attributes
+    ----------
+    model : type of Model
+        The mapping under its name in a file.
+    make : Callable
+        Conversion of the model to the domain's step.
+    write : Callable
+        The inverse: the mapping of a step as the data of a file.
+    """
 
-
-class CycleStep(Model):
-    """Be the step `cycle`."""
-
-    cycle: CycleModel
-
-
-class RepeatStep(Model):
-    """Be the step `repeat`."""
-
-    repeat: "RepeatModel"
-
-
-class UntilRuptureStep(Model):
-    """Be the step `until_rupture`."""
-
-    until_rupture: UntilRuptureModel
+    model: type[Model]
+    make: Callable[[Any, StepContext], Step | Repeat]
+    write: Callable[[Any], dict[str, Any]]
 
 
-class ImageStep(Model):
-    """Be the step `image`."""
+ENTRIES: Final[Mapping[str, StepEntry]] = MappingProxyType(
+    {
+        "zero": StepEntry(model=ZeroModel, make=_zero, write=_written_zero),
+        "preload": StepEntry(model=PreloadModel, make=_preload, write=_written_preload),
+        "ramp": StepEntry(model=RampModel, make=_ramp, write=_written_ramp),
+        "hold": StepEntry(model=HoldModel, make=_hold, write=_written_hold),
+        "cycle": StepEntry(model=CycleModel, make=_cycle, write=_written_cycle),
+        "repeat": StepEntry(model=RepeatModel, make=_repeat, write=_written_repeat),
+        "until_rupture": StepEntry(model=UntilRuptureModel, make=_until_rupture, write=_written_until_rupture),
+        "image": StepEntry(model=ImageModel, make=_image, write=_written_image),
+    }
+)
+"""The steps by the name that a file has for them, which is that of their class (`step_name`)."""
 
-    image: ImageModel
+STEPS: Final = tuple(ENTRIES)
+
+
+def written_step(step: Step | Repeat) -> dict[str, Any]:
+    """Return one step as the data of a file."""
+    name = step_name(step)
+    return {name: ENTRIES[name].write(step)}
 
 
 def _step_branch(value: Any) -> str | None:  # noqa: ANN401 (whatever a file holds)
@@ -244,40 +270,23 @@ def _step_branch(value: Any) -> str | None:  # noqa: ANN401 (whatever a file hol
     return None
 
 
-StepModel = Annotated[
-    Annotated[ZeroStep, Tag(f"{BRANCH}zero")]
-    | Annotated[PreloadStep, Tag(f"{BRANCH}preload")]
-    | Annotated[RampStep, Tag(f"{BRANCH}ramp")]
-    | Annotated[HoldStep, Tag(f"{BRANCH}hold")]
-    | Annotated[CycleStep, Tag(f"{BRANCH}cycle")]
-    | Annotated[RepeatStep, Tag(f"{BRANCH}repeat")]
-    | Annotated[UntilRuptureStep, Tag(f"{BRANCH}until_rupture")]
-    | Annotated[ImageStep, Tag(f"{BRANCH}image")],
-    Discriminator(_step_branch),
-]
+def _keyed(name: str, model: type[Model]) -> Any:  # noqa: ANN401 (a type made here)
+    """Return the branch of the union for a step: a mapping of its name alone to its model."""
+    stem = model.__name__.removesuffix("Model")
+    field: dict[str, Any] = {name: (model, ...)}
+    keyed = create_model(f"{stem}Step", __base__=Model, __doc__=f"Be the step `{name}`.", **field)
+    return Annotated[keyed, Tag(f"{BRANCH}{name}")]
 
 
-class RepeatModel(Model):
-    """Do steps over."""
-
-    n: int = Field(description=_COUNT)
-    steps: list[StepModel] = Field(description="a list of steps")
-
+if TYPE_CHECKING:
+    StepModel: TypeAlias = Model
+else:
+    StepModel = Annotated[
+        Union[tuple(_keyed(name, entry.model) for name, entry in ENTRIES.items())],  # noqa: UP007 (made of a tuple)
+        Discriminator(_step_branch),
+    ]
 
 STEP_MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
-    {
-        "to": TargetModel,
-        "until": UntilModel,
-        "zero": ZeroModel,
-        "preload": PreloadModel,
-        "ramp": RampModel,
-        "hold": HoldModel,
-        "cycle": CycleModel,
-        "repeat": RepeatModel,
-        "until_rupture": UntilRuptureModel,
-        "image": ImageModel,
-    }
+    {"to": TargetModel, "until": UntilModel, **{name: entry.model for name, entry in ENTRIES.items()}}
 )
 """The model of a mapping in a step, by the key it stands under: what errors say of missing and unknown fields."""
-
-STEPS: Final = ("zero", "preload", "ramp", "hold", "cycle", "repeat", "until_rupture", "image")

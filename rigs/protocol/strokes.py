@@ -237,7 +237,7 @@ class Situation:
         return None if duration == 0.0 else replace(stroke, duration=duration)
 
     def in_set(self, stroke: Stroke, *, first: bool = False) -> Stroke:
-        """Return a stroke with the number of its set; a stretch after a recovery opens one, or the `first` of cycles."""
+        """Return a stroke with the number of its set: a stretch after a recovery opens one, so does a `first` cycle."""
         history = self.history
         opens = history.recovered and stroke.phase in {"Stretch", "Preload"}
         opens = opens or (first and stroke.phase == "Stretch" and history.stretched)

@@ -22,7 +22,7 @@ from rigs.record import Equilibrium, Outcome, trace_of
 if TYPE_CHECKING:
     from rigs.axes import FloatArray
     from rigs.machines.machine import MachineData
-    from rigs.protocol.protocol import Protocol, Step
+    from rigs.protocol.protocol import Protocol, Repeat, Step
     from rigs.record import Trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -72,7 +72,7 @@ def draw(protocol: Protocol, tag: str = "pile", balance: float = 0.01) -> Drawn:
 def shortened(protocol: Protocol, to: float, increment: float) -> Protocol:
     """Return a protocol with its last way to a strain, once only, and without pictures."""
 
-    def short(step: Step) -> Step:
+    def short(step: Step | Repeat) -> Step | Repeat:
         match step:
             case Cycle():
                 return replace(step, upper=to, n=1)

@@ -87,12 +87,12 @@ def cycles_on(axes: st.SearchStrategy[tuple[Axis, ...]], control: str) -> st.Sea
     )
 
 
-def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Step]:
+def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Step | Repeat]:
     """Return steps that drive some of the axes of a rig."""
     drives = {"axes": axes, "until": ENDS, "tag": TAGS}
     forced = {**drives, "rate": FORCE_RATES, "control": st.just("force")}
     loads = st.floats(1e-9, 1e4)
-    single = (
+    single: st.SearchStrategy[Step | Repeat] = (
         st.builds(Zero, channels=CHANNELS)
         | st.builds(Preload, force=loads, rate=WAYS, control=WAY, **drives)
         | st.builds(Preload, force=loads, **forced)
