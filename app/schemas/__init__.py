@@ -10,6 +10,7 @@ here      which words a protocol's rig and knit allow
 further   what is out of range in the parts of a protocol whose form is right
 step_parts, steps  steps: for each its model and its conversion
 convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
+tables    points of waveforms from CSV files beside a protocol
 material_files  the files that materials of one's own stand in
 """
 
@@ -33,6 +34,7 @@ from app.schemas.materials import to_materials
 from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
 from app.schemas.sweep import points_of
+from app.schemas.tables import with_tables
 from knitlab_core.errors import SpecificationError
 from rigs.protocol.bounds import as_label
 
@@ -74,7 +76,7 @@ class Loaded:
     materials : str
         Text of the materials that it brings; empty if they are in no file.
     resolved : str
-        Text of the protocol with values chosen for parameters; empty if none were.
+        Text of the protocol with values chosen for parameters and the points of tables; empty if there are none.
     points : tuple of Point
         The points of its sweep, where it has one and none was chosen.
     defaults : Mapping
@@ -90,7 +92,7 @@ class Loaded:
 
     @property
     def text(self) -> str:
-        """Return the text that says the protocol again, verbatim where no value was chosen for it."""
+        """Return the text that says the protocol again, verbatim where no value and no table was put into it."""
         return self.resolved or self.document.text
 
     def one_test(self) -> Loaded:
@@ -134,7 +136,8 @@ def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
         text = read_text(file, "materials")
         return _read_materials(text, str(file)), text
 
-    return _loaded(parse_text(read_text(path), str(path)), as_label(path.stem, _UNNAMED), beside, chosen or {})
+    document = parse_text(read_text(path), str(path))
+    return _loaded(document, as_label(path.stem, _UNNAMED), beside, chosen or {}, path)
 
 
 def load_sweep(path: Path, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
@@ -210,10 +213,15 @@ def _loaded(
     name: str,
     find: Callable[[str], tuple[Mapping[str, Material], str]],
     chosen: Mapping[str, Data],
+    file: Path | None = None,
 ) -> Loaded:
-    """Return the protocol of a document; `find` finds the materials that it names, and their text."""
+    """Return the protocol of a document; `find` finds the materials that it names, and their text.
+
+    Tables that it names are beside its `file`.
+    """
     faults = Faults()
     data, unknown = substitute(document, chosen, faults)
+    data, tables = with_tables(document, data, file, faults)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
@@ -229,9 +237,10 @@ def _loaded(
         raise _all_of(faults)
     points = tuple(point for point in points if not set(point.values) <= set(chosen))
     protocol, defaults = whole, defaults_of(model, whole)
-    if not chosen:
+    # A sweep is read once more for each of its points; every other text must say the protocol without its tables.
+    if not chosen and (points or not tables):
         return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
-    said = ", ".join(f"{name} = {value}" for name, value in chosen.items())
+    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *tables])
     resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
     return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
 

@@ -66,8 +66,8 @@ class Document:
         return self.values.get(place, Spot(line=1, column=1))
 
 
-def read_text(path: Path, kind: str = "protocol") -> str:
-    """Return the text of a file; `kind` says in errors what it should hold.
+def read_text(path: Path, kind: str = "protocol", *, form: str = "a YAML file", most: int = MAX_BYTES) -> str:
+    """Return the text of a file of `most` bytes; `kind` and `form` say in errors what it should hold.
 
     Raises
     ------
@@ -77,12 +77,12 @@ def read_text(path: Path, kind: str = "protocol") -> str:
     top = Spot(line=1, column=1)
     try:
         with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            content = file.read(most + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise ProtocolError(str(path), top, kind, reason, "a YAML file that can be read") from error
-    if len(content) > MAX_BYTES:
-        raise ProtocolError(str(path), top, kind, "more", f"{MAX_BYTES} bytes or fewer")
+        raise ProtocolError(str(path), top, kind, reason, f"{form} that can be read") from error
+    if len(content) > most:
+        raise ProtocolError(str(path), top, kind, "more", f"{most} bytes or fewer")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

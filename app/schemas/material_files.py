@@ -18,7 +18,7 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Container, Mapping
 
     from knitlab_core.materials import Material
 
@@ -66,12 +66,23 @@ def materials_file(protocol: Path, name: str) -> Path:
     >>> materials_file(Path("tests/p.yaml"), "own/resins.yaml").as_posix()
     'tests/own/resins.yaml'
     """
+    return file_beside(protocol, name, {".yaml", ".yml"}, "materials", _ALLOWED)
+
+
+def file_beside(protocol: Path, name: str, suffixes: Container[str], field: str, allowed: str) -> Path:
+    """Return a file that a protocol names by a path from its folder downwards; `suffixes` are those it may have.
+
+    Raises
+    ------
+    SpecificationError
+        As `materials_file`, with the `field` to blame and what is `allowed` there.
+    """
     plain = PurePosixPath(name)
     outside = plain.is_absolute() or ".." in plain.parts or any(sign in name for sign in "\\:\0")
-    if outside or plain.suffix not in {".yaml", ".yml"}:
-        raise SpecificationError("materials", name, _ALLOWED)
+    if outside or plain.suffix not in suffixes:
+        raise SpecificationError(field, name, allowed)
     folder = protocol.parent
     path = folder / plain
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise SpecificationError("materials", name, _ALLOWED)
+        raise SpecificationError(field, name, allowed)
     return path

@@ -39,6 +39,7 @@ from app.schemas.step_parts import (
 )
 from app.schemas.units import allowed, write
 from app.schemas.values import EVERY, LEVEL, RATE, AnyRate, Every, Force, Label, Level, Strain, Time
+from app.schemas.waveform import WaveformModel, to_waveform, written_waveform
 from rigs.axes import Axis
 from rigs.protocol.step import Step, step_name
 from rigs.protocol.steps import (
@@ -247,6 +248,7 @@ ENTRIES: Final[Mapping[str, StepEntry]] = MappingProxyType(
         "ramp": StepEntry(model=RampModel, make=_ramp, write=_written_ramp),
         "hold": StepEntry(model=HoldModel, make=_hold, write=_written_hold),
         "cycle": StepEntry(model=CycleModel, make=_cycle, write=_written_cycle),
+        "waveform": StepEntry(model=WaveformModel, make=to_waveform, write=written_waveform),
         "repeat": StepEntry(model=RepeatModel, make=_repeat, write=_written_repeat),
         "until_rupture": StepEntry(model=UntilRuptureModel, make=_until_rupture, write=_written_until_rupture),
         "image": StepEntry(model=ImageModel, make=_image, write=_written_image),

@@ -33,6 +33,7 @@ from rigs.protocol.steps import (
     Zero,
 )
 from rigs.protocol.unrolled import axes_of, stroke_count
+from rigs.protocol.waveform import Waveform
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,6 +61,7 @@ __all__ = [
     "Target",
     "Until",
     "UntilRupture",
+    "Waveform",
     "Zero",
     "stroke_count",
 ]

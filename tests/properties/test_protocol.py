@@ -31,6 +31,7 @@ from rigs.protocol.protocol import (
     Target,
     Until,
     UntilRupture,
+    Waveform,
     Zero,
 )
 from rigs.protocol.targets import Bound
@@ -87,6 +88,15 @@ def cycles_on(axes: st.SearchStrategy[tuple[Axis, ...]], control: str) -> st.Sea
     )
 
 
+def waveforms_on(
+    axes: st.SearchStrategy[tuple[Axis, ...]], kind: str, levels: st.SearchStrategy[float]
+) -> st.SearchStrategy[Waveform]:
+    """Return waveforms of some pieces."""
+    times = st.lists(TIMES, min_size=1, max_size=4, unique=True).map(lambda after: (0.0, *sorted(after)))
+    points = times.flatmap(lambda all_of_them: st.tuples(*(st.tuples(st.just(time), levels) for time in all_of_them)))
+    return st.builds(Waveform, axes=axes, points=points, kind=st.just(kind), until=ENDS, tag=TAGS)
+
+
 def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Step | Repeat]:
     """Return steps that drive some of the axes of a rig."""
     drives = {"axes": axes, "until": ENDS, "tag": TAGS}
@@ -104,6 +114,9 @@ def steps_on(axes: st.SearchStrategy[tuple[Axis, ...]]) -> st.SearchStrategy[Ste
         | cycles_on(axes, "displacement")
         | cycles_on(axes, "force")
         | st.builds(UntilRupture, rate=WAYS, control=WAY, drop=st.floats(1e-6, 1.0), to=st.none() | PLACES, **drives)
+        | waveforms_on(axes, "strain", STRAINS)
+        | waveforms_on(axes, "displacement", LENGTHS)
+        | waveforms_on(axes, "force", FORCES)
         | st.builds(Image, every=st.none() | st.just("off") | TIMES, tag=TAGS)
     )
     return st.recursive(

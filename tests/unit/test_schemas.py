@@ -502,7 +502,7 @@ def test_the_published_schema_knows_every_step() -> None:
     schema = json_schema()
     text = json.dumps(schema)
     assert schema["required"] == ["schema", "rig", "specimen", "steps"]
-    for step in ("zero", "preload", "ramp", "hold", "cycle", "repeat", "until_rupture", "image"):
+    for step in ("zero", "preload", "ramp", "hold", "cycle", "waveform", "repeat", "until_rupture", "image"):
         assert f'"required": ["{step}"]' in text
 
 

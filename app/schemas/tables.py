@@ -1,0 +1,228 @@
+"""Tables of waveforms: CSV files beside a protocol, read and put into its data as points.
+
+The first line names two columns with their units, ``time (s),strain (%)``; each other line is a point.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+from app.schemas.document import MAX_VALUES, dotted, read_text
+from app.schemas.errors import ProtocolError, Spot, shown
+from app.schemas.material_files import file_beside
+from app.schemas.step_parts import MEASURES
+from app.schemas.units import parse
+from knitlab_core.errors import SpecificationError, UnitError
+from rigs.protocol.targets import require_level, require_time
+from rigs.protocol.waveform import MOST_POINTS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.schemas.document import Data, Document, Place
+    from app.schemas.errors import Faults
+    from app.schemas.units import Dimension
+    from rigs.protocol.targets import Control
+
+MOST_BYTES: Final = 200_000
+"""Size of a table [B]."""
+
+#: Values of a protocol with its tables: the record has them in one text, which is read with twice as many at most.
+_MOST_VALUES: Final = MAX_VALUES // 2
+
+_HEAD: Final = re.compile(r"\s*([a-z]+)\s*\(([^()]*)\)\s*")
+_ALLOWED: Final = "a CSV file in the protocol's folder or below it, such as my_wave.csv"
+_EXAMPLES: Final = {"strain": "%", "displacement": "mm", "force": "N"}
+
+
+def with_tables(document: Document, data: Data, folder: Path | None, faults: Faults) -> tuple[Data, tuple[str, ...]]:
+    """Return the data of a protocol with points in the place of the tables that its waveforms name.
+
+    Parameters
+    ----------
+    document : Document
+        The protocol's text.
+    data : Data
+        Its data, parameters replaced.
+    folder : Path or None
+        The protocol's file; None for a text without one, which has no table beside it.
+    faults : Faults
+        Takes what is wrong with a table.
+
+    Returns
+    -------
+    data : Data
+        A table with mistakes stays named.
+    tables : tuple of str
+        The tables that were put in.
+    """
+    work = _Inlining(document, folder, faults)
+    if not isinstance(data, dict) or not isinstance(steps := data.get("steps"), list):
+        return data, ()
+    made: Data = {**data, "steps": work.steps(steps, ("steps",))}
+    count = _count(made) if work.points else 0
+    if count > _MOST_VALUES:
+        found, expected = f"{count} values", f"{_MOST_VALUES} or fewer in a protocol with its tables, 3 for each row"
+        faults.found.append(ProtocolError(document.path, document.spot(("steps",)), "steps", found, expected))
+        return data, ()
+    return made, tuple(work.points)
+
+
+class _Inlining:
+    """Walk through steps and read the tables that they name, each once."""
+
+    def __init__(self, document: Document, folder: Path | None, faults: Faults) -> None:
+        self.document, self.folder, self.faults = document, folder, faults
+        self.points: dict[str, Data] = {}
+
+    def steps(self, steps: list[Data], place: Place) -> list[Data]:
+        """Return the steps of a list, those of repeats too."""
+        return [self.step(step, (*place, number)) for number, step in enumerate(steps)]
+
+    def step(self, step: Data, place: Place) -> Data:
+        """Return one step."""
+        if not isinstance(step, dict) or len(step) != 1:
+            return step
+        ((name, body),) = step.items()
+        if not isinstance(body, dict):
+            return step
+        if name == "repeat" and isinstance(inner := body.get("steps"), list):
+            return {name: {**body, "steps": self.steps(inner, (*place, name, "steps"))}}
+        table, kind = body.get("table"), body.get("kind", "strain")
+        if name != "waveform" or not isinstance(table, str) or "points" in body or kind not in MEASURES:
+            return step
+        points = self.faults.of(lambda: self.read(table, kind, (*place, name, "table")), None)  # type: ignore[arg-type]
+        if points is None:
+            return step
+        rest = {key: value for key, value in body.items() if key != "table"}
+        return {name: {**rest, "points": points}}
+
+    def read(self, name: str, kind: Control, place: Place) -> Data:
+        """Return the points of a table."""
+        if self.folder is None:
+            found, expected = shown(name), "points: a text without a file has no table beside it"
+            raise ProtocolError(self.document.path, self.document.spot(place), dotted(place), found, expected)
+        try:
+            path = file_beside(self.folder, name, {".csv"}, "table", _ALLOWED)
+        except SpecificationError as error:
+            spot = self.document.spot(place)
+            raise ProtocolError(self.document.path, spot, dotted(place), shown(name), _ALLOWED) from error
+        if name not in self.points:
+            self.points[name] = points_of(path, kind)
+        return self.points[name]
+
+
+def points_of(path: Path, kind: Control) -> list[Data]:
+    """Return the points of a table as a protocol has them: ``[["0.0 s", 0.05], ...]``, strains as pure numbers.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line with file, line and column.
+    """
+    text = read_text(path, "table", form="a CSV file", most=MOST_BYTES)
+    lines = csv.reader(text.splitlines())
+    rows: list[tuple[int, list[str]]] = []
+    try:
+        for cells in lines:
+            if cells:
+                rows.append((lines.line_num, cells))
+            if len(rows) > MOST_POINTS + 1:
+                raise _refusal(path, lines.line_num, [], 0, "more", f"{MOST_POINTS} points or fewer")
+    except csv.Error as error:
+        raise _refusal(path, lines.line_num, [], 0, f"text that is not CSV ({error})", "CSV") from error
+    if len(rows) < 3:
+        found = "nothing" if not rows else f"{len(rows) - 1} points"
+        raise _refusal(path, 1, [], 0, found, f"a head and two points or more, such as {_head_of(kind)}")
+    units = _units(path, *rows[0], kind)
+    points = [_point(path, line, cells, units, kind) for line, cells in rows[1:]]
+    _require_rising(path, [line for line, _ in rows[1:]], [time for time, _ in points])
+    return [[f"{time!r} s", value if kind == "strain" else f"{value!r} {_si(kind)}"] for time, value in points]
+
+
+def _units(path: Path, line: int, cells: list[str], kind: Control) -> tuple[str, str]:
+    """Return the units of the two columns that the head of a table names."""
+    wanted: tuple[tuple[str, Dimension], ...] = (("time", "time"), (kind, MEASURES[kind]))
+    if len(cells) != 2:
+        raise _refusal(path, line, [], 0, f"{len(cells)} columns", f"two columns with their units: {_head_of(kind)}")
+    units = []
+    for column, (cell, (name, dimension)) in enumerate(zip(cells, wanted, strict=True)):
+        match = _HEAD.fullmatch(cell.lower() if column == 0 else cell)
+        if match is None or match[1] != name or not _is_unit(match[2].strip(), dimension):
+            head = _head_of(kind).split(",")[column]
+            raise _refusal(path, line, cells, column, shown(cell.strip()), f"the name and the unit, such as {head}")
+        units.append(match[2].strip())
+    return units[0], units[1]
+
+
+def _is_unit(unit: str, dimension: Dimension) -> bool:
+    """Tell whether a unit measures what a column has; a strain may have the unit 1."""
+    try:
+        _value(1.0, unit, dimension)
+    except UnitError:
+        return False
+    return True
+
+
+def _value(number: float, unit: str, dimension: Dimension) -> float:
+    """Return a number of some unit in SI."""
+    return parse(number if dimension == "strain" and unit == "1" else f"{number!r} {unit}", dimension)
+
+
+def _point(path: Path, line: int, cells: list[str], units: tuple[str, str], kind: Control) -> tuple[float, float]:
+    """Return time [s] and level of a line."""
+    if len(cells) != 2:
+        raise _refusal(path, line, [], 0, f"{len(cells)} columns", "two: a time and a level")
+    found = []
+    for column, (cell, unit) in enumerate(zip(cells, units, strict=True)):
+        try:
+            number = float(cell)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise _refusal(path, line, cells, column, shown(cell.strip()), f"a number, in {unit}")
+        found.append(_value(number, unit, MEASURES[kind] if column else "time"))
+    time, value = found
+    try:
+        require_level(kind, value, kind)
+        if time != 0.0:
+            require_time("time", time)
+    except SpecificationError as error:
+        column = 0 if error.field == "time" else 1
+        raise _refusal(path, line, cells, column, str(error.found), str(error.expected)) from error
+    return time, value
+
+
+def _require_rising(path: Path, lines: list[int], times: list[float]) -> None:
+    """Raise unless times rise strictly from 0."""
+    if times[0] != 0.0:
+        raise _refusal(path, lines[0], [], 0, f"{times[0]:g} s", "0 s: the step begins there")
+    for line, (before, time) in zip(lines[1:], pairwise(times), strict=True):
+        if time <= before:
+            raise _refusal(path, line, [], 0, f"{time:g} s", f"a time above {before:g} s, that before it")
+
+
+def _refusal(path: Path, line: int, cells: list[str], column: int, found: str, expected: str) -> ProtocolError:
+    """Return an error at a cell of a table."""
+    spot = Spot(line=max(line, 1), column=1 + sum(len(cell) + 1 for cell in cells[:column]))
+    return ProtocolError(str(path), spot, "table", found, expected)
+
+
+def _head_of(kind: Control) -> str:
+    """Return a head that a table may have."""
+    return f"time (s),{kind} ({_EXAMPLES[kind]})"
+
+
+def _si(kind: Control) -> str:
+    """Return the SI unit of a level."""
+    return "m" if kind == "displacement" else "N"
+
+
+def _count(data: Data) -> int:
+    """Count the values of data as the reader of a protocol does [1]."""
+    inner = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
+    return 1 + sum(_count(one) for one in inner)
