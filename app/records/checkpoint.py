@@ -181,13 +181,13 @@ def read_checkpoint(path: Path) -> Saved:
 
 def _cursor(plain: dict[str, Any]) -> ResumePoint:
     """Return the cursor of plain data."""
-    place, last, memory, sight = (plain[name] for name in ("place", "last", "memory", "sight"))
-    course = History(**memory["course"] | {"free": tuple(memory["course"]["free"])})
+    place, last, memory, readings = (plain[name] for name in ("place", "last", "memory", "readings"))
+    history = History(**memory["history"] | {"free": tuple(memory["history"]["free"])})
     return ResumePoint(
         **plain
         | {
-            "memory": Memory(**memory | {"course": course}),
-            "sight": None if sight is None else Readings(**sight),
+            "memory": Memory(**memory | {"history": history}),
+            "readings": None if readings is None else Readings(**readings),
             "place": None if place is None else PathPosition(**place),
             "last": None if last is None else Equilibrium(**last),
         }

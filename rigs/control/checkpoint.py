@@ -1,4 +1,4 @@
-"""All that a test needs to go on from a row, and a rig put back to where it stood there."""
+"""Checkpoint of a test: all that it needs to resume from a row, and the rig in its state there."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Checkpoint:
-    """Hold all that a test needs to go on from a row; nothing in it changes later.
+    """All that a test needs to resume from a row; nothing in it changes later.
 
     Attributes
     ----------
     cursor : ResumePoint
-        Where in its protocol it stands.
+        Its position in the protocol.
     state : State
         The specimen's state.
     solver_state : SolverState
@@ -50,7 +50,7 @@ def checkpoint_of(rig: Rig, state: State, cursor: ResumePoint) -> Checkpoint | N
 
 
 def restore(rig: Rig, checkpoint: Checkpoint) -> Rig:
-    """Return a rig, freshly put together, as it stood at a checkpoint: what broke is broken."""
+    """Return a newly mounted rig in its state at a checkpoint: what broke is broken."""
     model = rig.work.model
     for edge in checkpoint.severed:
         model = sever(model, edge)

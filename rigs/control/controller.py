@@ -1,8 +1,8 @@
-"""See what the load cells show, and remember what steps need to know.
+"""Controller: its readings of the load cells, and what it keeps of them for the steps to come.
 
-The controller knows true forces no more than a user does: its load cells are tared, noisy and saturated. It takes the
+The controller does not know true forces: its load cells are tared, noisy and saturated. It takes the
 mean of the samples that the log's clock gave since the row before, or in the last second, whichever is longer, from
-streams of noise of its own; what this mean still scatters lies in a dead band, in which a force counts as met.
+its own streams of noise; the scatter of this mean is the dead band, within which a force counts as met.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ DEAD_BAND: Final = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Memory:
-    """Hold what the controller remembers, in plain numbers.
+    """What the controller remembers, in plain numbers.
 
     Attributes
     ----------
-    course : History
+    history : History
         What of the test so far matters to strokes to come.
     readings : int
         Readings of the load cells so far; the next has a draw of noise of its own.
@@ -65,7 +65,7 @@ class Memory:
         The pictures' label.
     """
 
-    course: History
+    history: History
     tare: Mapping[Axis, float]
     shown: Mapping[Axis, float]
     readings: int = 0
@@ -82,7 +82,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """Hold a load cell as the controller has it: its channel and the samples a second of its clock [Hz]."""
+    """Load cell of the controller: its channel and the sampling rate of its clock [Hz]."""
 
     channel: Channel
     rate: float
@@ -90,7 +90,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controller:
-    """Read the load cells of a rig.
+    """Controller of a rig, which reads its load cells.
 
     Attributes
     ----------
@@ -106,10 +106,10 @@ class Controller:
     seed: int
     noise: bool
 
-    def begin(self, course: History) -> Memory:
+    def begin(self, history: History) -> Memory:
         """Return the memory of a test that begins."""
         zeros = dict.fromkeys(self.cells, 0.0)
-        return Memory(course=course, tare=zeros, shown=zeros, first=zeros, peak=zeros)
+        return Memory(history=history, tare=zeros, shown=zeros, first=zeros, peak=zeros)
 
     def errors(self, memory: Memory, time: float) -> dict[Axis, float]:
         """Return what noise adds to the next reading, taken at a time [s], of each load cell [N]."""
@@ -130,7 +130,7 @@ class Controller:
         }
 
     def acted_on(self, memory: Memory, time: float) -> dict[Axis, float]:
-        """Return what of the noise of the next reading lies beyond the dead band, and moves the axis [N]."""
+        """Return the part of the next reading's noise that is beyond the dead band, and moves the axis [N]."""
         band = self.dead_band(memory, time)
         errors = self.errors(memory, time)
         return {axis: copysign(max(abs(error) - band[axis], 0.0), error) for axis, error in errors.items()}
@@ -180,7 +180,7 @@ class Controller:
         return replace(memory, since=time, first=memory.shown, peak=memory.shown, broken_at_peak=before)
 
     def counts(self, axis: Axis, peak: float) -> bool:
-        """Tell whether a peak stands out of the noise of its load cell."""
+        """Return whether a peak is above the noise of its load cell."""
         channel = self.cells[axis].channel
         return peak > PEAK_OVER_NOISE * max(channel.noise, channel.resolution)
 

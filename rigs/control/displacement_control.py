@@ -1,4 +1,4 @@
-"""Move rigid axes straight, or stand still: the strokes whose equilibria need no search for the axes' places."""
+"""Displacement control: strokes of rigid axes, which need no search for the displacements of the axes."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ NEAR: Final = 1e-6
 """Marks of a stroke that are as near to each other as this share of it are one ..."""
 
 BESIDE: Final = 1e-3
-"""... and as this one where the places of the axes are searched for."""
+"""... and as this one where the displacements of the axes are searched for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segment:
-    """Hold a part of a stroke from mark to mark, as shares of it, and whether a picture is taken at its end."""
+    """Part of a stroke from mark to mark, as shares of it, and whether a picture is taken at its end."""
 
     low: float
     high: float
@@ -44,30 +44,30 @@ class Segment:
 
 
 def control_displacement(
-    session: Session, stroke: Stroke, watch: StopCriteria
+    session: Session, stroke: Stroke, criteria: StopCriteria
 ) -> Generator[Equilibrium | Frame, None, StopReason | None]:
-    """Move the axes straight to where a stroke ends, by way of the marks at which a frame is kept."""
+    """Move the axes straight to the end of a stroke, with rows at the marks at which a frame is kept."""
     begun = session.cursor.begun
-    last, ending = watch.cut(session.memory, begun)
+    last, ending = criteria.cut(session.memory, begun)
     marks = strain_marks(stroke, session.rig.gauges)
-    for leg in session.legs(segments_of(marks, image_shares(stroke, session.memory, begun), last)):
-        goal = between(stroke.start, stroke.end, leg.high)
-        way = session.strain(session.cursor.origin, goal)
-        duration = (leg.high - leg.low) * stroke.duration
-        for step in session.go_on_to(goal, longest=min(1.0, session.increment / max(way, 1e-15)), duration=duration):
-            session.time = begun + (leg.low + (leg.high - leg.low) * step.share) * stroke.duration
+    for segment in session.segments(segments_of(marks, image_shares(stroke, session.memory, begun), last)):
+        goal = between(stroke.start, stroke.end, segment.high)
+        strain = session.strain(session.cursor.origin, goal)
+        duration = (segment.high - segment.low) * stroke.duration
+        for step in session.go_on_to(goal, longest=min(1.0, session.increment / max(strain, 1e-15)), duration=duration):
+            session.time = begun + (segment.low + (segment.high - segment.low) * step.share) * stroke.duration
             before = session.displacement
             row = session.accept(step, stroke, step.displacement)
-            # Before its row: a test that is taken up again after the row has the frame.
+            # Before its row: a test that is resumed after the row has the frame.
             if step.share < 1.0 and session.passes_frame(before):
                 yield session.frame()
             yield row
-            over = session.over() or watch.met(session.controller, session.memory, session.crosshead)
+            over = session.over() or criteria.met(session.controller, session.memory, session.crosshead)
             if over is not None:
                 if not over.test:
                     yield session.frame()
                 return over
-        if leg.pictured:
+        if segment.pictured:
             yield session.pictured(session.memory.image_tag)
         else:
             yield session.frame()
@@ -75,26 +75,26 @@ def control_displacement(
 
 
 def hold(
-    session: Session, stroke: Stroke, watch: StopCriteria
+    session: Session, stroke: Stroke, criteria: StopCriteria
 ) -> Generator[Equilibrium | Frame, None, StopReason | None]:
-    """Stand still; a yarn that relaxes goes through equilibria meanwhile."""
+    """Keep the displacements; a yarn that relaxes goes through equilibria meanwhile."""
     begun, relaxation = session.cursor.begun, session.rig.work.model.relaxation
-    last, ending = watch.cut(session.memory, begun)
+    last, ending = criteria.cut(session.memory, begun)
     marks = hold_marks(session, stroke)
-    for leg in session.legs(segments_of(marks, image_shares(stroke, session.memory, begun), last)):
-        duration = (leg.high - leg.low) * stroke.duration
+    for segment in session.segments(segments_of(marks, image_shares(stroke, session.memory, begun), last)):
+        duration = (segment.high - segment.low) * stroke.duration
         rows: Iterable[PathPoint | None] = session.go_on_to(session.displacement, longest=1.0, duration=duration)
         if relaxation is None:
-            # A specimen that stands still keeps its equilibrium, as at a zero.
+            # A specimen that does not move keeps its equilibrium, as at a zero.
             rows = [] if session.cursor.place == END else [None]
         for step in rows:
             share = 1.0 if step is None else step.share
-            session.time = begun + leg.low * stroke.duration + share * duration
+            session.time = begun + segment.low * stroke.duration + share * duration
             yield session.stand(stroke) if step is None else session.accept(step, stroke, session.crosshead)
-            over = session.over() or watch.met(session.controller, session.memory, session.crosshead)
+            over = session.over() or criteria.met(session.controller, session.memory, session.crosshead)
             if over is not None:
                 return over
-        if leg.pictured:
+        if segment.pictured:
             yield session.pictured(session.memory.image_tag)
     if relaxation is not None:
         yield session.frame()
@@ -127,7 +127,7 @@ def strain_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
     """Return the shares of a stroke at which an axis passes a marked strain."""
     shares: list[float] = []
     for axis, length in gauges.items():
-        first, last = (way[axis] / (FRAME_MARK * length) for way in (stroke.start, stroke.end))
+        first, last = (ends[axis] / (FRAME_MARK * length) for ends in (stroke.start, stroke.end))
         if first != last:
             passed = range(ceil(min(first, last)), floor(max(first, last)) + 1)
             shares += [(mark - first) / (last - first) for mark in passed]
@@ -135,7 +135,7 @@ def strain_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
 
 
 def inner_marks(stroke: Stroke, gauges: Mapping[Axis, float]) -> list[float]:
-    """Return these shares between a stroke's ends, rising; a search leaves an axis beside where it was sent."""
+    """Return these shares between a stroke's ends, rising; a search ends beside its setpoint."""
     inner = sorted(share for share in strain_marks(stroke, gauges) if BESIDE < share < 1.0 - BESIDE)
     return [share for before, share in pairwise([0.0, *inner]) if share - before > BESIDE]
 

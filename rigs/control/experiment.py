@@ -1,6 +1,6 @@
-"""Run a test: set-point, pose, equilibrium, what the carriages feel, one row of the record.
+"""Run of a test: setpoint, pose, equilibrium, forces on the carriages, one row of the record.
 
-`perform` yields what happens as it happens and knows no files; whoever iterates writes it down.
+`perform` yields events as they happen and opens no files; its caller writes them.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def perform(
     options : Options, optional
         How hard the solver tries.
     cursor : ResumePoint, optional
-        Where the test stands that is to go on, with the rig and the state there; by default it begins.
+        Where to resume the test, with the rig and the state there; by default it begins.
 
     Yields
     ------
@@ -101,7 +101,7 @@ def _with_checkpoints(session: Session, events: Generator[Event, None, Outcome])
 
 
 def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Outcome]:
-    """Do every step of a protocol that is left; return how the test ended."""
+    """Do the steps of a protocol that are left; return how the test ended."""
     if session.last is None:
         still = Stroke(start=session.crosshead, end=session.crosshead, duration=0.0, phase="Zero", cycle=1, force={})
         yield session.accept(session.reach(session.displacement), still, session.crosshead)
@@ -120,10 +120,10 @@ def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Out
 
 def _do_step(session: Session, planner: Planner, leaf: UnrolledStep) -> Generator[Event, None, StopReason | None]:
     """Do one step, or what is left of it; return how it ended if not at its target."""
-    begins = leaf.number > session.cursor.leaf or session.cursor.sight is None
+    begins = leaf.number > session.cursor.leaf or session.cursor.readings is None
     if begins:
         session.remember(session.controller.start_step(session.memory, session.time))
-        session.cursor = replace(session.cursor, leaf=leaf.number, stroke=0, sight=None)
+        session.cursor = replace(session.cursor, leaf=leaf.number, stroke=0, readings=None)
     record = StepRecord(
         number=leaf.number,
         place=leaf.place,
@@ -152,27 +152,27 @@ def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Gener
     """Do the strokes of a step that are left; return what ended it, if anything did."""
     for index in range(session.cursor.stroke, leaf.step.stroke_count):
         if index > session.cursor.stroke:
-            session.cursor = replace(session.cursor, stroke=index, sight=None)
-        under_way = session.cursor.sight
-        sight = under_way or session.sight()
-        stroke = planner.stroke(leaf, index, session.memory.course, sight)
+            session.cursor = replace(session.cursor, stroke=index, readings=None)
+        under_way = session.cursor.readings
+        readings = under_way or session.readings()
+        stroke = planner.stroke(leaf, index, session.memory.history, readings)
         if stroke is None:
             continue
-        watch = stop_criteria_of(leaf, stroke, session.rig.gauges)
+        criteria = stop_criteria_of(leaf, stroke, session.rig.gauges)
         ending = None
         if under_way is None:
-            if index == 0 and (met := watch.met_before(session.memory, session.crosshead)) is not None:
+            if index == 0 and (met := criteria.met_before(session.memory, session.crosshead)) is not None:
                 return met
-            session.begin(sight)
+            session.begin(readings)
         else:
-            ending = watch.met(session.controller, session.memory, session.crosshead)
+            ending = criteria.met(session.controller, session.memory, session.crosshead)
         if ending is None:
-            ending = yield from _do(session, stroke, watch)
+            ending = yield from _do(session, stroke, criteria)
         else:
-            # The row that the test goes on from was the step's last.
+            # The row from which the test is resumed was the step's last.
             yield session.frame()
-        after = session.memory.course.after(stroke, session.sight())
-        session.remember(replace(session.memory, course=after))
+        after = session.memory.history.after(stroke, session.readings())
+        session.remember(replace(session.memory, history=after))
         if ending is not None:
             return ending
     return None
@@ -187,10 +187,10 @@ def _picture(session: Session, pictures: Pictures, tag: str | None) -> Iterator[
         yield session.pictured(tag)
 
 
-def _do(session: Session, stroke: Stroke, watch: StopCriteria) -> Generator[Event, None, StopReason | None]:
+def _do(session: Session, stroke: Stroke, criteria: StopCriteria) -> Generator[Event, None, StopReason | None]:
     """Do one stroke; return what ended its step, if anything did."""
     if stroke.phase == "Zero":
-        # A specimen that stands still keeps its equilibrium: nothing to solve, nothing to drift.
+        # A specimen that does not move keeps its equilibrium: there is nothing to solve.
         if session.last is not None and session.last.phase != "Zero":
             yield session.stand(stroke)
         if "force" in stroke.channels:
@@ -203,13 +203,13 @@ def _do(session: Session, stroke: Stroke, watch: StopCriteria) -> Generator[Even
     elastic = session.rig.work.model.relaxation is None
     straight = all(train.rigid for train in session.rig.trains.values()) and not (stroke.force or stroke.free)
     if stroke.phase == "Hold" and (elastic or straight):
-        return (yield from hold(session, stroke, watch))
-    seeks = stroke.stop_force is not None or (watch.until is not None and watch.until.force is not None)
+        return (yield from hold(session, stroke, criteria))
+    seeks = stroke.stop_force is not None or (criteria.until is not None and criteria.until.force is not None)
     if straight and not seeks:
-        return (yield from control_displacement(session, stroke, watch))
+        return (yield from control_displacement(session, stroke, criteria))
     marks = hold_marks(session, stroke) if stroke.phase == "Hold" else inner_marks(stroke, session.rig.gauges)
     ending = yield from control_force(
-        session, stroke, watch, marks, image_shares(stroke, session.memory, session.cursor.begun)
+        session, stroke, criteria, marks, image_shares(stroke, session.memory, session.cursor.begun)
     )
     if ending is None or not ending.test:
         yield session.frame()
@@ -219,8 +219,8 @@ def _do(session: Session, stroke: Stroke, watch: StopCriteria) -> Generator[Even
 def _too_fast(session: Session, stroke: Stroke) -> StopReason | None:
     """Return the ending of a test whose machine has no such speed."""
     for axis, train in session.rig.trains.items():
-        way = abs(stroke.end[axis] - stroke.start[axis])
-        speed = way / stroke.duration if stroke.duration > 0.0 else 0.0
+        travel = abs(stroke.end[axis] - stroke.start[axis])
+        speed = travel / stroke.duration if stroke.duration > 0.0 else 0.0
         if speed > train.fastest * (1.0 + 1e-9):
             has = f"speed: axis {axis} would move at {1e3 * speed:.4g} mm/s, limit {1e3 * train.fastest:.4g} mm/s"
             return StopReason(end="limit", message=has, test=True)
@@ -228,7 +228,7 @@ def _too_fast(session: Session, stroke: Stroke) -> StopReason | None:
 
 
 def _account(session: Session, error: ConvergenceError) -> str:
-    """Say where the axes stood and where on the yarn, in the words of a knitter, no equilibrium was found."""
+    """Return the strains of the axes and the place on the yarn at which no equilibrium was found."""
     failure = error.report
     if not isinstance(failure, Failure):
         return str(error)

@@ -1,4 +1,4 @@
-"""Steer the axes row by row where their places must be searched for, or a force says where they stop.
+"""Force control: the axes move from row to row to displacements that are searched for, or stop at a force.
 
 It serves preloads, forces that are controlled, axes that give way, machines that do, and steps that end at a force.
 """
@@ -30,32 +30,32 @@ if TYPE_CHECKING:
 MOST_REFINEMENTS: Final = 40
 
 CLOSE: Final = 1e-3
-"""Share of a stroke that is not worth a row of its own."""
+"""Marks that are nearer to each other than this share of a stroke have one row."""
 
 LONGEST: Final = 1.5
-"""Longest way of an axis from row to row in a stroke under a controlled force, in largest strain increments."""
+"""Longest travel of an axis from row to row in a stroke under a controlled force, in largest strain increments."""
 
 FARTHEST: Final = 20.0
-"""How far machines and axes without a controller may jump, in the same."""
+"""Longest jump of machines and of axes without a controller, in largest strain increments."""
 
 FEW: Final = 12
-"""Trials after a fibre broke under a controlled force: what others take over at once is found by then."""
+"""Most trials after a fibre broke under a controlled force; fibres that take over its load do so within them."""
 
 MOST_FAILURES: Final = 3
-"""Ways to the next row on which the solver may fail."""
+"""Most failures of the solver on the way to the next row."""
 
 
 def control_force(
-    session: Session, stroke: Stroke, watch: StopCriteria, marks: list[float], images: list[float]
+    session: Session, stroke: Stroke, criteria: StopCriteria, marks: list[float], images: list[float]
 ) -> Generator[Equilibrium | Frame, None, StopReason | None]:
-    """Go through a stroke row by row.
+    """Make a stroke under force control, row by row.
 
     An axis of a preload that has met its force stays where it is while the others go on, as with a stop switch: what
     it carries in the end is no longer controlled.
 
     Parameters
     ----------
-    session, stroke, watch
+    session, stroke, criteria
         The test under way, the stroke, and what may end its step.
     marks, images : list of float
         Shares of the stroke at which there must be a row, and at which a picture is taken of it, each rising.
@@ -63,15 +63,15 @@ def control_force(
     Yields
     ------
     Equilibrium or Frame
-        Every row on the way; none lies beyond a stop.
+        Every row of the stroke; none is beyond a stop.
 
     Returns
     -------
     StopReason or None
         A limit, if the reach of a preload or an instrument's range is used up before; what ended the step otherwise.
     """
-    setpoints = setpoints_of(session, stroke, watch)
-    last, ending = watch.cut(session.memory, session.cursor.begun)
+    setpoints = setpoints_of(session, stroke, criteria)
+    last, ending = criteria.cut(session.memory, session.cursor.begun)
     if setpoints.share > 0.0 and any(abs(image - setpoints.share) <= 1e-9 for image in images):
         # A test that goes on from this row took its picture after it.
         yield session.pictured(session.memory.image_tag)
@@ -79,7 +79,7 @@ def control_force(
         if setpoints.share >= last:
             return _short(setpoints) if stroke.stop_force is not None and ending is None else ending
         ahead = [mark for mark in (0.0, *marks, *images, last) if mark > setpoints.share + 1e-9] or [last]
-        # A step that ends just short of a mark goes on to it: a way that begins beside its place is a little longer.
+        # A step that ends just short of a mark goes on to it.
         aim, mark = setpoints.share + setpoints.pace, min(ahead)
         settled, share = _approach(setpoints, mark if aim > mark - CLOSE else aim)
         if not settled.met:
@@ -96,7 +96,7 @@ def control_force(
         if between_ends and not pictured and (marked or session.passes_frame(before)):
             yield session.frame()
         yield row
-        over = session.over() or watch.met(session.controller, session.memory, session.crosshead)
+        over = session.over() or criteria.met(session.controller, session.memory, session.crosshead)
         if pictured:
             yield session.pictured(session.memory.image_tag)
         if over is not None:
@@ -107,11 +107,11 @@ def control_force(
 def _peaks(
     setpoints: Setpoints, settled: ControlledPoint, share: float
 ) -> Generator[Equilibrium, None, StopReason | None]:
-    """Yield the rows right before the specimen jumps on the way to a share; return what ends the test at one.
+    """Yield the rows right before the specimen jumps before a share; return what ends the test at one.
 
     A jump comes when a controlled force is what it was then, or else when the crosshead of the axis that goes farthest
-    is where it was. Between two jumps of one way several axes are not in balance with what is asked of them: of these
-    ways the first peak alone is a row.
+    is where it was. Between two jumps before one share several axes do not meet their setpoints: then the first peak
+    alone is a row.
     """
     session, stroke = setpoints.session, setpoints.stroke
     begun, start, peaks = setpoints.time(setpoints.share), session.crosshead, settled.step.peaks
@@ -122,11 +122,11 @@ def _peaks(
         crosshead = setpoints.crosshead(peak, share)
         if rising:
             ends = (read(step.rig, step.state).force[rising[0]] for step in (peak, settled.step))
-            gone = _share_of(carried[rising[0]], *ends, otherwise=peak.share)
+            progress = _share_of(carried[rising[0]], *ends, otherwise=peak.share)
         else:
-            gone = _share_of(start[far], crosshead[far], settled.crosshead[far], otherwise=peak.share)
-        session.time = max(session.time, begun + gone * settled.duration)
-        # From here nothing can go on: the row after the jump is found from the row before this one.
+            progress = _share_of(start[far], crosshead[far], settled.crosshead[far], otherwise=peak.share)
+        session.time = max(session.time, begun + progress * settled.duration)
+        # No test resumes here: the row after the jump is found from the row before this one.
         yield session.accept(replace(peak, place=None), stroke, crosshead)
         over = session.over()
         if over is not None:
@@ -135,12 +135,12 @@ def _peaks(
 
 
 def _share_of(first: float, now: float, last: float, *, otherwise: float) -> float:
-    """Return the share of a way at which a value is [1]."""
+    """Return the share at which a value is between its first and its last [1]."""
     return min(max((now - first) / (last - first), 0.0), 1.0) if last != first else otherwise
 
 
 def _approach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, float]:
-    """Return the equilibrium at a share, or before it where a force ends the way or the knit strains too much.
+    """Return the equilibrium at a share, or before it where a force ends the step or the knit strains too much.
 
     A fibre that ends the test by breaking ends it there.
     """
@@ -166,8 +166,8 @@ def _approach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, floa
 def _within_reach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, float]:
     """Return the equilibrium at a share, or so far before it that axes may go there from row to row.
 
-    Where they must travel too far, or what is asked is not met, the way is halved. It is not met where even the
-    shortest way has no such equilibrium; machines and axes without a controller go as far as they jump.
+    Where they must travel too far, or what is asked is not met, the share is halved. It is not met where even the
+    shortest has no such equilibrium; machines and axes without a controller go as far as they jump.
     """
     begin, finest, session = setpoints.share, setpoints.finest(), setpoints.session
     controlled, limited = setpoints.stroke.force, setpoints.open_ended or setpoints.share < 0.0
@@ -184,13 +184,13 @@ def _within_reach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, 
             if shortest or failures > MOST_FAILURES:
                 raise
         if found is not None:
-            gone = session.strains(session.displacement, found.step.displacement)
+            strains = session.strains(session.displacement, found.step.displacement)
             far = any(
                 strain > LONGEST * session.increment
-                for axis, strain in gone.items()
+                for axis, strain in strains.items()
                 if limited and (axis in controlled or not shortest)
             )
-            # Under a controlled force a break that ends the test may lie beyond what was asked.
+            # Under a controlled force a break that ends the test may be beyond the setpoint.
             if found.met and not far and (shortest or not (controlled and found.step.final)):
                 return found, share
             if shortest:
@@ -200,9 +200,9 @@ def _within_reach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, 
 
 
 def _before(setpoints: Setpoints) -> float:
-    """Return by what share something is short of ending the way where the session stands."""
+    """Return by what share the nearest criterion is short of its level in the current state."""
     session, stroke = setpoints.session, setpoints.stroke
-    passed = setpoints.watch.excess(session.memory, session.memory.shown, session.crosshead)
+    passed = setpoints.criteria.excess(session.memory, session.memory.shown, session.crosshead)
     going = [axis for axis in stroke.named if axis not in setpoints.stopped]
     short = (
         [] if stroke.stop_force is None else [session.memory.shown[axis] / stroke.stop_force - 1.0 for axis in going]

@@ -1,4 +1,4 @@
-"""How densely a test is logged: a rate for each step, more near events, and which cycles are kept."""
+"""Log rates of a test: a rate for each step, more near events, and which cycles are kept."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SPAN: Final = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Density:
-    """Say how densely a step is logged.
+    """Log rate of a step.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class Density:
     every_cycle: int
 
     def keeps(self, number: IntArray, last: int) -> npt.NDArray[np.bool_]:
-        """Tell which cycles of a step, counted from 1, are kept."""
+        """Return which cycles of a step, counted from 1, are kept."""
         kept: npt.NDArray[np.bool_] = (number == 1) | (number == last) | (number % self.every_cycle == 0)
         return kept
 
 
 def density(log: LogSpec, leaf: UnrolledStep | None = None) -> Density:
-    """Return how densely a step is logged; what it does not say the test does."""
+    """Return the log rate of a step; where it has none of its own, that of the test."""
     own = None if leaf is None else leaf.step.log
     rate = log.rate if own is None or own.rate is None else own.rate
     events = log.events if own is None or own.events is None else own.events
@@ -82,7 +82,7 @@ def require_rates(protocol: Protocol, machines: Mapping[MachineName, MachineData
 
 
 def stretches_of(trace: Trace, protocol: Protocol) -> list[Stretch]:
-    """Return at what rate which part of a test is logged.
+    """Return the parts of a test with their log rates.
 
     Events are the jumps of the specimen. Where a rate is said for them, they are logged in every cycle.
     """
@@ -100,7 +100,7 @@ def stretches_of(trace: Trace, protocol: Protocol) -> list[Stretch]:
 
 
 def _row_rates(trace: Trace, protocol: Protocol) -> tuple[FloatArray, FloatArray]:
-    """Return the rates at which the way to each row is logged, and at which events on it are; 0 for not at all [Hz]."""
+    """Return the log rate up to each row, and that near events before it [Hz]; 0 where nothing is logged."""
     whole = density(protocol.log)
     rates, events = np.full(len(trace), whole.rate), np.full(len(trace), whole.events)
     steps, cycles = trace.columns["step"].astype(np.int64), trace.columns["cycle"].astype(np.int64)

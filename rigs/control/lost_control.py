@@ -1,4 +1,4 @@
-"""Say why a controller could not meet what was asked of an axis: noise, slack or travel."""
+"""Message of a controller that could not meet a setpoint: noise, slack or travel."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ SLACK: Final = 0.05
 """Share of the largest force of a stroke up to which a specimen counts as slack."""
 
 NOISY: Final = 2.0
-"""Dead bands up to which a force is lost in the noise of its load cell."""
+"""Dead bands up to which a force cannot be told from the noise of its load cell."""
 
 
 def lost_control(setpoints: Setpoints, settled: ControlledPoint, share: float) -> StopReason:
-    """Return the ending of a test at the row before a share at which an axis does not obey.
+    """Return the end of a test at the row before a share at which an axis does not meet its setpoint.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Follow a straight way of the axes from equilibrium to equilibrium, and break the fibres that break on it."""
+"""Equilibria along a straight path of the axes, with the fibres that break on it."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ MOST_BREAKS: Final = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathPoint:
-    """Hold one equilibrium on a way.
+    """One equilibrium on a path.
 
     Attributes
     ----------
     share : float
-        How far along the way it lies [1].
+        Its share of the path [1].
     displacement : Mapping
-        Where the axes stand [m].
+        Displacements of the axes [m].
     state, report
         The specimen's state, and how its search went.
     rig : Rig
@@ -47,9 +47,9 @@ class PathPoint:
     final : bool
         Whether the test ends with that break.
     place : PathPosition or None
-        From where the way can be gone on; None where a fibre breaks.
+        Position from which the path can be resumed; None where a fibre breaks.
     peaks : tuple of PathPoint
-        The equilibria right before the specimen jumped on a way that was gone at once, without the one at its start.
+        The equilibria right before the specimen jumped on the path to this one, without the one at its start.
     """
 
     share: float
@@ -65,14 +65,14 @@ class PathPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AxisPath:
-    """Describe a straight way of the axes: its ends [m], its time [s], and how it is gone.
+    """Straight path of the axes: its ends [m], its time [s], and the settings of its march.
 
     Attributes
     ----------
     start, goal : Mapping
-        Where the axes stand, and where they shall [m].
+        Displacements at its begin and its end [m].
     longest : float
-        Longest step, as a share of the way.
+        Longest step, as a share of the path.
     duration : float
         Time it takes, at an even pace [s]; it matters only to yarn that relaxes.
     options : Options or None
@@ -89,40 +89,40 @@ class AxisPath:
     go_on: bool
 
     def target(self, rig: Rig, share: float) -> FloatArray:
-        """Return the target (N, 4) of what is held [r] at a share of the way."""
+        """Return the target (N, 4) of what is held [r] at a share of the path."""
         return pose(rig, between(self.start, self.goal, share))
 
 
 def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, float]:
-    """Return the displacements at a share of a straight way; exact at both ends, and where an axis stands still."""
+    """Return the displacements at a share of a path; exact at both ends, and for an axis that does not move."""
     if share == 1.0:
         return dict(end)
     return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
 
 
 def peaks_of(steps: Sequence[PathPoint]) -> tuple[PathPoint, ...]:
-    """Return the equilibria after which the specimen jumps, of several jumps at one place that before the first."""
+    """Return the equilibria after which the specimen jumps; of several at one displacement that before the first."""
     jumps = [False, *(jumps_between(before.state, after.state) for before, after in pairwise(steps))]
     return tuple(steps[k] for k, jump in enumerate(jumps[1:]) if jump and not jumps[k])
 
 
-def follow(rig: Rig, state: State, way: AxisPath, place: PathPosition = START) -> Iterator[PathPoint]:
-    """Yield the equilibria on a way, or those after a place on it.
+def follow(rig: Rig, state: State, axis_path: AxisPath, place: PathPosition = START) -> Iterator[PathPoint]:
+    """Yield the equilibria on a path, or those after a position on it.
 
     Where a fibre breaks, the equilibrium at which it does is one of them, and so is the one after it at the same
     place, where there is one; a test that does not go on ends with it.
     """
     while place.share < 1.0:
         broken, at = None, place.share
-        for step in _whole(rig, state, way, place):
+        for step in _whole(rig, state, axis_path, place):
             if _breaks(rig, step.state):
-                broken = _cut_short(rig, state, way, at, step)
+                broken = _cut_short(rig, state, axis_path, at, step)
                 break
             state, at = step.state, step.share
             yield step
         if broken is None:
             return
-        after = _after(broken, way)
+        after = _after(broken, axis_path)
         yield replace(broken, final=after is None)
         if after is None:
             return
@@ -132,24 +132,24 @@ def follow(rig: Rig, state: State, way: AxisPath, place: PathPosition = START) -
         rig, state, place = after.rig, after.state, PathPosition(begin=after.share)
 
 
-def _whole(rig: Rig, state: State, way: AxisPath, place: PathPosition) -> Iterator[PathPoint]:
-    """Yield the equilibria from a place on a way to its end, as if nothing broke."""
+def _whole(rig: Rig, state: State, axis_path: AxisPath, place: PathPosition) -> Iterator[PathPoint]:
+    """Yield the equilibria from a position on a path to its end, as if nothing broke."""
     left, pace = 1.0 - place.begin, Pace(at=place.at, step=place.step)
 
     path = march(
         rig.work,
         state,
-        lambda share: way.target(rig, replace(place, at=share).share),
-        longest=min(1.0, way.longest / left),
-        options=way.options,
-        duration=left * way.duration,
+        lambda share: axis_path.target(rig, replace(place, at=share).share),
+        longest=min(1.0, axis_path.longest / left),
+        options=axis_path.options,
+        duration=left * axis_path.duration,
         pace=pace,
     )
     for at, reached, report in path:
         here = PathPosition(begin=place.begin, at=at, step=pace.step)
         yield PathPoint(
             share=here.share,
-            displacement=between(way.start, way.goal, here.share),
+            displacement=between(axis_path.start, axis_path.goal, here.share),
             state=reached,
             report=report,
             rig=rig,
@@ -158,15 +158,15 @@ def _whole(rig: Rig, state: State, way: AxisPath, place: PathPosition) -> Iterat
 
 
 def _breaks(rig: Rig, state: State) -> bool:
-    """Tell whether a fibre is strained as far as it can be, or farther."""
+    """Return whether a fibre is strained to its limit, or beyond."""
     return rig.breaks_at is not None and most_strained(rig, state).strain >= rig.breaks_at
 
 
-def _cut_short(rig: Rig, before: State, way: AxisPath, begin: float, step: PathPoint) -> PathPoint:
+def _cut_short(rig: Rig, before: State, axis_path: AxisPath, begin: float, step: PathPoint) -> PathPoint:
     """Return the equilibrium of a step at which the first fibre reaches its limit.
 
     Where it is not found, the step is taken whole: a knit that snaps passes the limit without reaching it. So is a
-    step on which a fused point breaks, which cannot be gone again.
+    step on which a fused point breaks, which cannot be made again.
     """
     limit, work = rig.breaks_at or 0.0, rig.work
     whole = replace(step, broken=most_strained(rig, step.state), place=None)
@@ -174,24 +174,24 @@ def _cut_short(rig: Rig, before: State, way: AxisPath, begin: float, step: PathP
     if bonds_broke or most_strained(rig, before).strain >= limit * (1.0 - OVERSHOOT):
         return whole
     length = step.share - begin
-    span = length * way.duration
+    span = length * axis_path.duration
 
     def path(share: float) -> FloatArray:
-        return way.target(rig, begin + share * length)
+        return axis_path.target(rig, begin + share * length)
 
     share, found, _ = reach_rupture(
-        work, before, path, limit=limit, radius=rig.fibre_reach, options=way.options, duration=span
+        work, before, path, limit=limit, radius=rig.fibre_reach, options=axis_path.options, duration=span
     )
     if found is None:
         return whole
-    # Once more, for the account of its search.
-    again, report = advance(work, before, path(share), way.options, duration=share * span)
+    # Solved once more, for the report of its search.
+    again, report = advance(work, before, path(share), axis_path.options, duration=share * span)
     if again is None:
         return whole
     at = begin + share * length
     return PathPoint(
         share=at,
-        displacement=between(way.start, way.goal, at),
+        displacement=between(axis_path.start, axis_path.goal, at),
         state=again,
         report=report,
         rig=rig,
@@ -199,7 +199,7 @@ def _cut_short(rig: Rig, before: State, way: AxisPath, begin: float, step: PathP
     )
 
 
-def _after(broken: PathPoint, way: AxisPath) -> PathPoint | None:
+def _after(broken: PathPoint, axis_path: AxisPath) -> PathPoint | None:
     """Return the equilibrium after a fibre broke; None if none is found.
 
     If the test goes on, fibres that this break overstrains break too; if not, it ends with this one.
@@ -207,14 +207,14 @@ def _after(broken: PathPoint, way: AxisPath) -> PathPoint | None:
     rig, state = broken.rig, broken.state
     try:
         for _ in range(MOST_BREAKS):
-            rig, state = without_edge(rig, state, most_strained(rig, state).edge, way.options)
-            if not (way.go_on and _breaks(rig, state)):
+            rig, state = without_edge(rig, state, most_strained(rig, state).edge, axis_path.options)
+            if not (axis_path.go_on and _breaks(rig, state)):
                 break
         else:
             return None
     except ConvergenceError:
         return None
-    settled, report = advance(rig.work, state, way.target(rig, broken.share), way.options)
+    settled, report = advance(rig.work, state, axis_path.target(rig, broken.share), axis_path.options)
     if settled is None:
         return None
     return PathPoint(
@@ -223,7 +223,7 @@ def _after(broken: PathPoint, way: AxisPath) -> PathPoint | None:
         state=settled,
         report=report,
         rig=rig,
-        broken=None if way.go_on else broken.broken,
-        final=not way.go_on,
-        place=PathPosition(begin=broken.share) if way.go_on else None,
+        broken=None if axis_path.go_on else broken.broken,
+        final=not axis_path.go_on,
+        place=PathPosition(begin=broken.share) if axis_path.go_on else None,
     )

@@ -1,4 +1,4 @@
-"""Say beforehand what a protocol comes to, as far as it can be known: strokes, time, rows of the log."""
+"""Plan of a protocol before any physics: its strokes, time and rows of the log, as far as they are known."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAX_ROWS: Final = 10_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
-    """Hold a step with the strokes that it would make.
+    """Step with its planned strokes.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
     """Return every step as far as it is known beforehand.
 
     A preload is taken to meet its force at once, though its duration counts with all of its reach; axes that give way
-    are taken to stand, and a load cell to show what was last asked of it.
+    are taken to stay, and a load cell to show what was last asked of it.
 
     Raises
     ------
@@ -54,24 +54,29 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
         If hooks would pass through each other.
     """
     planner = Planner(protocol=protocol, gauges=gauge_lengths)
-    course = planner.begin()
-    sight = Readings(displacement=dict(course.origin), force=dict.fromkeys(gauge_lengths, 0.0))
+    history = planner.begin()
+    readings = Readings(displacement=dict(history.origin), force=dict.fromkeys(gauge_lengths, 0.0))
     planned = []
     for leaf in unrolled(protocol.steps):
         made, duration = [], 0.0
         for index in range(leaf.step.stroke_count):
-            stroke = planner.stroke(leaf, index, course, sight)
+            stroke = planner.stroke(leaf, index, history, readings)
             if stroke is None:
                 continue
             made.append(stroke)
             duration += stroke.duration
             met = dict.fromkeys(stroke.named, stroke.stop_force) if stroke.stop_force is not None else {}
             shown = {axis: last for axis, (_, last) in stroke.force.items()}
-            sight = Readings(
+            readings = Readings(
                 displacement=stroke.start if stroke.stop_force is not None else stroke.end,
-                force={**sight.force, **shown, **met, **(dict.fromkeys(sight.force, 0.0) if _tares(stroke) else {})},
+                force={
+                    **readings.force,
+                    **shown,
+                    **met,
+                    **(dict.fromkeys(readings.force, 0.0) if _tares(stroke) else {}),
+                },
             )
-            course = course.after(stroke, sight)
+            history = history.after(stroke, readings)
         until = leaf.step.until
         if until is not None and until.time is not None:
             duration = min(duration, until.time)

@@ -1,6 +1,6 @@
-"""Say where in its protocol a test stands, in plain numbers.
+"""Position of a test in its protocol, in plain numbers, from which it can be resumed.
 
-A cursor is taken at a row. The strokes before it are not gone again.
+It is taken at a row. The strokes before it are not made again.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ Displacement: TypeAlias = "Mapping[Axis, float]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathPosition:
-    """Say where on a straight way of the axes a march stands.
+    """Position of a march on a straight path of the axes.
 
     Attributes
     ----------
     begin : float
-        Share of the way at which the march began: 0, or where a fibre broke last [1].
+        Share of the path at which the march began: 0, or where a fibre broke last [1].
     at : float
-        Share of what was left from there at which it stands [1].
+        Share of the rest of the path from there at which it is [1].
     step : float or None
         Length of its next step, as a share of the same; None is the longest [1].
     """
@@ -39,7 +39,7 @@ class PathPosition:
 
     @property
     def share(self) -> float:
-        """Return the share of the whole way; exact at its end."""
+        """Return the share of the whole path; exact at its end."""
         return 1.0 if self.at == 1.0 else self.begin + self.at * (1.0 - self.begin)
 
 
@@ -49,30 +49,30 @@ END: Final = PathPosition(at=1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResumePoint:
-    """Say where in its protocol a test stands.
+    """Position of a test in its protocol.
 
-    A stroke is gone in one leg or several, each on a straight way.
+    A stroke has one segment or several, each a straight path.
 
     Attributes
     ----------
     memory : Memory
         What the controller remembers.
     leaf : int
-        Turn of the step under way, from 0.
+        Index of the step under way, from 0.
     stroke : int
-        Number of its stroke under way, from 0.
-    sight : Readings or None
+        Index of its stroke under way, from 0.
+    readings : Readings or None
         What the controller saw when that stroke began; None before it did.
     begun : float
         When that was [s].
-    leg : int
-        Number of its leg under way, from 0.
+    segment : int
+        Index of its segment under way, from 0.
     origin : Mapping
-        Displacements where that leg began [m].
+        Displacements where that segment began [m].
     place : PathPosition or None
-        Where on its way the leg stands; None where it cannot be gone on from.
+        Position on the path of the segment; None where the test cannot be resumed.
     variables : Mapping
-        What else the controller needs to go on with the stroke, by name.
+        What else the controller needs to continue the stroke, by name.
     last : Equilibrium or None
         The last row.
     """
@@ -80,9 +80,9 @@ class ResumePoint:
     memory: Memory
     leaf: int = 0
     stroke: int = 0
-    sight: Readings | None = None
+    readings: Readings | None = None
     begun: float = 0.0
-    leg: int = 0
+    segment: int = 0
     origin: Displacement = field(default_factory=dict)
     place: PathPosition | None = START
     variables: Mapping[str, float] = field(default_factory=dict)

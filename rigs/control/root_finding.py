@@ -1,4 +1,4 @@
-"""Find where functions that are dear to evaluate, and may fail, are as near to zero as is asked.
+"""Root search for the travel of axes that meets setpoints; a function value is an equilibrium, and may fail.
 
 One unknown: secants kept inside a bracket. Several: Broyden's secants, shortened where they overshoot.
 
@@ -25,7 +25,7 @@ Function: TypeAlias = "Callable[[FloatArray], FloatArray | None]"
 MOST_TRIALS: Final = 60
 MOST_RETREATS: Final = 8
 STALLED: Final = 1.0 / 16.0
-"""Where secants overshoot even with this share of a step, derivatives are measured again."""
+"""Where secants overshoot even with this share of a step, derivatives are measured by differences."""
 
 NARROW: Final = 1e-9
 """A bracket this share of the box wide holds a jump, not a root."""
@@ -33,16 +33,16 @@ NARROW: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Root:
-    """Hold where a search ended.
+    """End of a search.
 
     Attributes
     ----------
     at : FloatArray, shape (n,)
-        The place; it is the one that was tried last.
+        The point; it is the one that was tried last.
     slope : FloatArray, shape (n, n)
-        Derivatives there, as the search saw them.
+        Derivatives there, as the search estimates them.
     met : bool
-        Whether every value is within 1 of zero, or jumps across it; if not, the box holds no such place.
+        Whether every value is within 1 of zero, or jumps across it; if not, the box has no such point.
     jumps : bool
         Whether a value jumps across zero there.
     """
@@ -56,25 +56,25 @@ class Root:
 def find_root(
     function: Function, start: FloatArray, slope: FloatArray, box: FloatArray, *, most: int = MOST_TRIALS
 ) -> Root | None:
-    """Search a box for where every value of a function lies within 1 of zero.
+    """Search a box for a point at which every value of a function is within 1 of zero.
 
     Parameters
     ----------
     function : callable
-        Values (n,) at a place (n,), None where there are none. Of one unknown it must not fall.
+        Values (n,) at a point (n,), None where there are none. Of one unknown it must not fall.
     start : FloatArray, shape (n,)
         Where to try first.
     slope : FloatArray, shape (n, n)
         A guess of the derivatives.
     box : FloatArray, shape (2, n)
-        Lowest and highest place; its middle is one where the function has values.
+        Lowest and highest point; the function has values in its middle.
     most : int
-        Places that are tried, at most.
+        Most points that are tried.
 
     Returns
     -------
     Root or None
-        None if the search came to nothing.
+        None if the search failed.
     """
     middle = box.mean(axis=0)
     at, value = _nearest(function, np.clip(start, *box), middle)
@@ -86,7 +86,7 @@ def find_root(
 
 
 def _nearest(function: Function, wanted: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-    """Return the wanted place and its values, or where they fail a place nearer to `base`."""
+    """Return the wanted point and its values, or where they fail a point nearer to `base`."""
     at = wanted
     for _ in range(MOST_RETREATS):
         value = function(at)
@@ -145,10 +145,10 @@ def _broyden(
                 function(at)
             return Root(at=at, slope=slope, met=False)
         last, found = _nearest(function, tried, at)
-        way = last - at
-        if found is None or not way.any():
+        change = last - at
+        if found is None or not change.any():
             return None
-        slope = slope + np.outer(found - value - slope @ way, way) / float(way @ way)
+        slope = slope + np.outer(found - value - slope @ change, change) / float(change @ change)
         if np.linalg.norm(found) < np.linalg.norm(value):
             at, value, share = last, found, min(1.0, 2.0 * share)
         else:
@@ -159,10 +159,12 @@ def _broyden(
     return None
 
 
-def _measured(function: Function, at: FloatArray, value: FloatArray, way: FloatArray, slope: FloatArray) -> FloatArray:
-    """Return the derivatives at a place as short ways show them; what has no values keeps the old ones."""
+def _measured(
+    function: Function, at: FloatArray, value: FloatArray, steps: FloatArray, slope: FloatArray
+) -> FloatArray:
+    """Return the derivatives at a point by finite differences; where there are no values the old ones are kept."""
     measured = slope.copy()
-    for number, part in enumerate(way):
+    for number, part in enumerate(steps):
         moved = function(at + part * np.eye(len(at))[number])
         if moved is not None:
             measured[:, number] = (moved - value) / part

@@ -1,4 +1,4 @@
-"""Stand a mounted specimen on its rig and move it: where it is now, and the row that says so."""
+"""Session of a test: the rig with its specimen, the current state, and the rows it yields."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FRAME_SPACING: Final = 0.025
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Session:
-    """Hold a test under way.
+    """Test under way.
 
     Attributes
     ----------
@@ -48,9 +48,9 @@ class Session:
     state : State
         The specimen's state now.
     controller : Controller
-        Who reads the load cells.
+        The controller, which reads the load cells.
     cursor : ResumePoint
-        Where in its protocol the test stands; its last row says where the axes are and what time it is.
+        Position in the protocol; its last row has the displacements of the axes and the time.
     increment : float
         Largest strain between two equilibria [1].
     options : Options or None
@@ -58,13 +58,13 @@ class Session:
     go_on : bool
         Whether the test goes on after a fibre broke.
     displacement, crosshead : Mapping
-        Where the fixtures, and the crossheads, of the axes stand [m]: at first, where the specimen was mounted.
+        Displacements of the fixtures, and of the crossheads, of the axes [m]; 0 where the specimen was mounted.
     time : float
         Time on the rig's clock [s].
     counted : Cost
         What the solver spent on the rows that were accepted.
     torn : str or None
-        What to say of the fibre that ended the test by breaking.
+        Message of the fibre that ended the test by breaking.
     """
 
     rig: Rig
@@ -99,66 +99,72 @@ class Session:
         return self.cursor.memory
 
     def remember(self, memory: Memory) -> None:
-        """Put something else into the controller's memory."""
+        """Replace the controller's memory."""
         self.cursor = replace(self.cursor, memory=memory)
 
-    def sight(self) -> Readings:
-        """Return what the controller sees."""
-        felt = dict.fromkeys(self.rig.grips, 0.0) if self.last is None else self.last.force
-        return Readings(displacement=self.crosshead, force=self.controller.steady(felt, self.memory))
+    def readings(self) -> Readings:
+        """Return the readings of the controller."""
+        force = dict.fromkeys(self.rig.grips, 0.0) if self.last is None else self.last.force
+        return Readings(displacement=self.crosshead, force=self.controller.steady(force, self.memory))
 
-    def begin(self, sight: Readings) -> None:
-        """Begin a stroke where the axes stand."""
+    def begin(self, readings: Readings) -> None:
+        """Begin a stroke at the current displacements."""
         self.cursor = replace(
-            self.cursor, sight=sight, begun=self.time, leg=0, origin=self.displacement, place=START, variables={}
+            self.cursor,
+            readings=readings,
+            begun=self.time,
+            segment=0,
+            origin=self.displacement,
+            place=START,
+            variables={},
         )
 
-    def legs(self, legs: Iterable[T]) -> Iterator[T]:
-        """Yield the legs of a stroke, from the one under way on."""
-        for number, leg in enumerate(legs):
-            if number < self.cursor.leg:
+    def segments(self, segments: Iterable[T]) -> Iterator[T]:
+        """Yield the segments of a stroke, from the one under way on."""
+        for number, segment in enumerate(segments):
+            if number < self.cursor.segment:
                 continue
-            if number > self.cursor.leg:
-                self.cursor = replace(self.cursor, leg=number, origin=self.displacement, place=START)
-            yield leg
+            if number > self.cursor.segment:
+                self.cursor = replace(self.cursor, segment=number, origin=self.displacement, place=START)
+            yield segment
 
     def note(self, **variables: float) -> None:
-        """Keep what the controller of the stroke needs to go on after the next row; all of it is made again."""
+        """Keep what the controller of the stroke needs to resume after the next row; it replaces what was kept."""
         self.cursor = replace(self.cursor, variables=variables)
 
     def checkpoint(self) -> Checkpoint | None:
-        """Return what the test needs to go on from the last row; None if it cannot go on from there."""
-        if self.cursor.sight is None or self.cursor.place is None or self.over() is not None:
+        """Return what the test needs to resume from the last row; None if it cannot resume there."""
+        if self.cursor.readings is None or self.cursor.place is None or self.over() is not None:
             return None
         return checkpoint_of(self.rig, self.state, self.cursor)
 
     def strain(self, start: Displacement, end: Displacement) -> float:
-        """Return the strain of a way: that of the axis that strains most [1]."""
+        """Return the largest strain of an axis between two displacements [1]."""
         return max(self.strains(start, end).values())
 
     def strains(self, start: Displacement, end: Displacement) -> dict[Axis, float]:
-        """Return the magnitude of the strain of each axis on a way [1]."""
+        """Return the magnitude of the strain of each axis between two displacements [1]."""
         return {axis: abs(end[axis] - start[axis]) / length for axis, length in self.rig.gauges.items()}
 
     def go_on_to(self, goal: Displacement, *, longest: float, duration: float = 0.0) -> Iterator[PathPoint]:
-        """Yield the equilibria that are left of the leg under way, which ends at `goal`; see `AxisPath`."""
-        way = self._way(self.cursor.origin, goal, longest, duration)
-        return follow(self.rig, self.state, way, START if self.cursor.place is None else self.cursor.place)
+        """Yield the equilibria that are left of the segment under axis_path, which ends at `goal`; see `AxisPath`."""
+        axis_path = self._axis_path(self.cursor.origin, goal, longest, duration)
+        return follow(self.rig, self.state, axis_path, START if self.cursor.place is None else self.cursor.place)
 
     def reach(self, goal: Displacement, *, duration: float = 0.0, increment: float | None = None) -> PathPoint:
         """Return the equilibrium at `goal`, or where the test ends before; stay here."""
-        way = self.strain(self.displacement, goal)
-        longest = 1.0 if increment is None or way == 0.0 else min(1.0, increment / way)
-        steps = list(follow(self.rig, self.state, self._way(self.displacement, goal, longest, duration), START))
+        strain = self.strain(self.displacement, goal)
+        longest = 1.0 if increment is None or strain == 0.0 else min(1.0, increment / strain)
+        steps = list(follow(self.rig, self.state, self._axis_path(self.displacement, goal, longest, duration), START))
         return replace(steps[-1], peaks=peaks_of(steps))
 
-    def _way(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> AxisPath:
+    def _axis_path(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> AxisPath:
         return AxisPath(
             start=start, goal=goal, longest=longest, duration=duration, options=self.options, go_on=self.go_on
         )
 
     def accept(self, step: PathPoint, stroke: Stroke, crosshead: Displacement) -> Equilibrium:
-        """Go where a step went, with the crossheads where they are then, and return its row."""
+        """Take an equilibrium, with the displacements of its crossheads, as the current state; return its row."""
         self.rig, self.state, self.displacement, self.crosshead = step.rig, step.state, step.displacement, crosshead
         if step.broken is not None and step.final:
             self.torn = self._tear(step.broken)
@@ -206,7 +212,7 @@ class Session:
         return self.rig.work.clock.cost - self.counted
 
     def stand(self, stroke: Stroke) -> Equilibrium:
-        """Return the row of a specimen that stood still."""
+        """Return the row of a specimen that did not move."""
         if self.last is None:
             msg = "a specimen must be mounted before it can stand still"
             raise RuntimeError(msg)
@@ -226,7 +232,7 @@ class Session:
         return row
 
     def frame(self, *, image: str | None = None) -> Frame:
-        """Return the shape of the knit as it is now; one that the microscope takes bears the name of its image."""
+        """Return the shape of the knit now; a frame for the microscope has the name of its image."""
         return Frame(
             time=self.time,
             nodes=self.state.q[: len(self.rig.specimen.nodes), :3] * self.rig.work.model.scales.length,
@@ -241,7 +247,7 @@ class Session:
         )
 
     def passes_frame(self, before: Displacement) -> bool:
-        """Tell whether an axis that was at a displacement [m] came by a place of a frame."""
+        """Return whether an axis passed the strain of a frame since some displacements [m]."""
         return any(
             floor(before[axis] / (FRAME_SPACING * length)) != floor(self.displacement[axis] / (FRAME_SPACING * length))
             for axis, length in self.rig.gauges.items()
@@ -252,7 +258,7 @@ class Session:
         return self.frame(image=tag or "image")
 
     def over(self) -> StopReason | None:
-        """Return how the last row ended the test, if it did: by a rupture, or with more than an instrument can take."""
+        """Return how the last row ended the test, if it did: by a rupture, or beyond the limit of an instrument."""
         if self.torn is not None:
             return StopReason(end="rupture", message=self.torn, test=True)
         for instrument in self.rig.instruments:
@@ -263,12 +269,12 @@ class Session:
         return None
 
     def whereabouts(self) -> str:
-        """Say where the axes stand, as strains."""
+        """Return the strains of the axes as text."""
         strains = ((axis, self.displacement[axis] / length) for axis, length in self.rig.gauges.items())
         return "strain " + ", ".join(f"{axis} {strain:.1%}" for axis, strain in strains)
 
     def _tear(self, spot: Spot) -> str:
-        """Return what to say of a fibre that ended the test by breaking."""
+        """Return the message of a fibre that ended the test by breaking."""
         where = f"{place_of(self.rig, spot.edge)} of the yarn, strained by {spot.strain:.3%}"
         torn = "; what is left of the knit finds no balance" if self.go_on else ""
         return f"a fibre broke at {self.whereabouts()}: {where}{torn}"

@@ -1,13 +1,13 @@
-"""Find how far the fixtures of all axes must travel so that each does what the controller asks of it.
+"""Search for the travel of the fixtures of all axes that meets the setpoints of the controller.
 
-Between the crosshead that the machine moves and the fixture that holds the specimen lies the machine itself: it gives
-way by its compliance, and a gripper closes a gap before it takes hold. So the travel u of a fixture is not known but
+Between the crosshead that the machine moves and the fixture that holds the specimen is the machine itself: it yields
+by its compliance, and a gripper closes a gap before it takes hold. So the travel u of a fixture is not known but
 found, from the last accepted equilibrium on, where
 
     u + C F(u) (+ gap) = d      for a crosshead at d,
     F(u) = f                    for a force f, which may be zero.
 
-Every trial begins at that equilibrium, so that friction remembers one way alone. A force is met to
+Every trial begins at that equilibrium, so that the history of friction has one path alone. A force is met to
 `FORCE_TOLERANCE` of itself, a place to `PLACE_TOLERANCE` of what the machine gives. Where no travel does, a force is
 also met within the dead band of its controller and what the solver leaves unbalanced.
 """
@@ -37,7 +37,7 @@ FORCE_TOLERANCE: Final = 5e-4
 """A force is met within this share of itself; a force of zero within as much of the largest on the rig."""
 
 PLACE_TOLERANCE: Final = 1e-3
-"""A crosshead is met within this share of what the machine gives way ..."""
+"""A crosshead is met within this share of the deflection of the machine ..."""
 
 PLACE_FINEST: Final = 1e-6
 """... and no more finely than this strain: half a digit of an encoder on a specimen of 5 cm."""
@@ -46,7 +46,7 @@ FINEST_DIGIT: Final = 1e-2
 """No force is met more finely than this share of the smallest digit of its load cell."""
 
 REACH: Final = 2.0
-"""How far an axis may travel from row to row to meet what is asked, in largest strain increments."""
+"""Longest travel of an axis from row to row to meet a setpoint, in largest strain increments."""
 
 PROBE: Final = 0.05
 """First guess of a slope: from a travel of this share of that reach."""
@@ -54,14 +54,14 @@ PROBE: Final = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setpoint:
-    """Ask something of an axis: a place of its crosshead [m], a force [N], or the strain of another axis.
+    """Setpoint of an axis: a displacement of its crosshead [m], a force [N], or the strain of another axis.
 
     Attributes
     ----------
     place, force : float or None
         What is asked for; a force is the true one.
     leader : Axis or None
-        Whose strain is made.
+        The axis whose strain it follows.
     lead : float
         Displacement of the leader where its strain counts as none [m]; `place` is that of the axis itself.
     dead_band : float
@@ -77,20 +77,20 @@ class Setpoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ControlledPoint:
-    """Hold the equilibrium at which every axis obeys, or the one that came nearest to it.
+    """Equilibrium at which every setpoint is met, or the one that came nearest to it.
 
     Attributes
     ----------
     step : PathPoint
-        It.
+        The equilibrium.
     crosshead : Mapping
-        Where the crossheads stand [m].
+        Displacements of the crossheads [m].
     met : bool
-        Whether the orders are met; if not, no travel was found that may be gone from row to row and meets them.
+        Whether the setpoints are met; if not, no travel within the reach of one row was found that meets them.
     slope : FloatArray, shape (n, n)
-        What the search knows of the derivatives, for the next one.
+        Derivatives that the search found, for the next one.
     duration : float
-        Time that the way there takes [s].
+        Time of the travel there [s].
     """
 
     step: PathPoint
@@ -102,7 +102,7 @@ class ControlledPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """Hold an equilibrium that was tried, and by how much it misses what was asked, in the widest tolerance."""
+    """Equilibrium that was tried, and by how much it misses the setpoints, in the widest tolerance."""
 
     step: PathPoint
     missed: float
@@ -117,7 +117,7 @@ def needs_search(orders: Mapping[Axis, Setpoint], trains: Mapping[Axis, LoadTrai
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Search:
-    """Search for the travels that obey orders, from where a session stands.
+    """Search for the travels that meet setpoints, from the current state of a session.
 
     Attributes
     ----------
@@ -126,9 +126,9 @@ class Search:
     orders : Mapping
         What is asked of each axis.
     increment : float
-        Largest strain between two equilibria on a trial's way [1].
+        Largest strain between two equilibria of a trial [1].
     duration : float
-        Time that the way takes [s].
+        Time of the travel [s].
     reach : float
         How far an axis may travel, in increments.
     unbroken : bool
@@ -138,7 +138,7 @@ class Search:
     tried, nearest : Trial or None
         The last trial, and the one that missed least.
     failure : ConvergenceError or None
-        The last trial that came to nothing.
+        The last trial that failed.
     """
 
     session: Session
@@ -153,14 +153,14 @@ class Search:
     failure: ConvergenceError | None = None
 
     def settle(self, start: Mapping[Axis, float], slope: FloatArray | None) -> ControlledPoint:
-        """Return the equilibrium at which every axis obeys, or the nearest to it that was found.
+        """Return the equilibrium at which every setpoint is met, or the nearest to it that was found.
 
         Parameters
         ----------
         start : Mapping
             Travel of each axis to try first [m].
         slope : FloatArray or None, shape (n, n)
-            What an earlier search knew of the derivatives.
+            Derivatives that an earlier search found.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Search:
         return self._settled(step, np.zeros((0, 0)) if root is None else root.slope, met=self.nearest.missed <= 1.0)
 
     def crosshead(self, step: PathPoint) -> dict[Axis, float]:
-        """Return where the crossheads stand at an equilibrium [m]."""
+        """Return the displacements of the crossheads at an equilibrium [m]."""
         return crosshead(self.session.rig.trains, self.orders, step.displacement, read(step.rig, step.state).force)
 
     def _settled(self, step: PathPoint, slope: FloatArray, *, met: bool) -> ControlledPoint:
@@ -219,9 +219,9 @@ class Search:
         return self.session.reach(travel, duration=self.duration, increment=self.increment)
 
     def _misses(self, step: PathPoint, unknown: Sequence[Axis]) -> tuple[FloatArray, FloatArray]:
-        """Return by how much each order is missed (n,), in its tolerance and in the widest."""
+        """Return by how much each setpoint is missed (n,), in its tolerance and in the widest."""
         rig, force = self.session.rig, read(step.rig, step.state).force
-        stands = self.crosshead(step)
+        crossheads = self.crosshead(step)
         largest = max(abs(one) for one in force.values())
         missed = []
         for axis in unknown:
@@ -233,8 +233,8 @@ class Search:
                 missed.append((by / bar, by / (bar + order.dead_band + unbalanced(rig))))
                 continue
             if order.leader is not None:
-                strain = (stands[order.leader] - order.lead) / rig.gauges[order.leader]
-                by = ((stands[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6
+                strain = (crossheads[order.leader] - order.lead) / rig.gauges[order.leader]
+                by = ((crossheads[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6
             else:
                 bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + PLACE_FINEST * rig.gauges[axis]
                 by = (train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)) / bar
@@ -246,7 +246,7 @@ class Search:
 
 
 def breaks(session: Session, step: PathPoint) -> bool:
-    """Tell whether a fibre breaks on the way to an equilibrium, and the test goes on."""
+    """Return whether a fibre breaks on the path to an equilibrium, and the test goes on."""
     return len(step.rig.severed) > len(session.rig.severed)
 
 
@@ -267,26 +267,26 @@ def crosshead(
     travel: Mapping[Axis, float],
     force: Mapping[Axis, float],
 ) -> dict[Axis, float]:
-    """Return where the crossheads stand [m] with the fixtures at some travels [m] under some forces [N]."""
-    stands = {}
+    """Return the displacements of the crossheads [m] with the fixtures at some travels [m] under some forces [N]."""
+    crossheads = {}
     for axis, order in orders.items():
         train = trains[axis]
         holds = train.beyond(travel[axis], force[axis])
-        # A gripper that has not closed its gap stands where it was sent.
+        # A gripper that has not closed its gap is where it was sent.
         waits = train.gap > 0.0 and force[axis] <= FINEST_DIGIT * train.digit and order.leader is None
-        stands[axis] = order.place if waits and order.place is not None else holds
-    return stands
+        crossheads[axis] = order.place if waits and order.place is not None else holds
+    return crossheads
 
 
-def _probed(values: Function, here: FloatArray, way: FloatArray) -> FloatArray | None:
-    """Return the derivatives (n, n) as short ways from where the axes stand show them; None where there is nothing."""
+def _probed(values: Function, here: FloatArray, steps: FloatArray) -> FloatArray | None:
+    """Return the derivatives (n, n) by finite differences from the current travels; None where there are no values."""
     base = values(here)
     slope = np.zeros((len(here), len(here)))
-    for number, part in enumerate(way):
+    for number, part in enumerate(steps):
         moved = None if base is None else values(here + part * np.eye(len(here))[number])
         if base is None or moved is None:
             return None
         slope[:, number] = (moved - base) / part
-        # Nothing pulls yet: as soft as can be, but not the other way round.
+        # Nothing pulls yet: a small slope, but a positive one.
         slope[number, number] = max(slope[number, number], 1e-3 / part)
     return slope

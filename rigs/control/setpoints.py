@@ -1,7 +1,7 @@
-"""Hold a stroke that is being steered: what is asked of each axis at a share of it, and what was learnt so far.
+"""Setpoints of a stroke under control: what is asked of each axis at a share of it, and the state of the search.
 
 Before its beginning, at shares from -1 to 0, axes that give way from now on are let go: the force that they still carry
-falls to zero while all others stand.
+falls to zero while all others stay.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ if TYPE_CHECKING:
     from rigs.record import Equilibrium
 
 FIRST_PACE: Final = 1.0 / 32.0
-"""First share of a stroke whose way is not known beforehand."""
+"""First share of a stroke whose travel is not known beforehand."""
 
 SLOWEST_PACE: Final = 1e-3
 """Shortest share of a stroke from row to row, ..."""
 
 FINEST_PACE: Final = 1.0 / 64.0
-"""... and as a share of the longest where places are asked for."""
+"""... and as a share of the longest where displacements are asked for."""
 
 LONGEST_PACE: Final = 0.25
-"""Longest share of a stroke from row to row where its way is not known beforehand."""
+"""Longest share of a stroke from row to row where its travel is not known beforehand."""
 
 SLOWER: Final = 4
-"""Times that a row is gone again in more time, because a crosshead has no such speed."""
+"""Times that a row is searched again with more time, because a crosshead is not so fast."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Setpoints:
-    """Hold a stroke that is being steered.
+    """Stroke under control.
 
     Attributes
     ----------
-    session, stroke, watch
+    session, stroke, criteria
         The session, the stroke, and what may end its step.
     share : float
         How far it is [1]; below 0 while axes are let go.
@@ -58,20 +58,20 @@ class Setpoints:
     pace, longest : float
         Share of it to the next row, and at most [1].
     stopped : dict
-        Where axes stand that met the force of a preload [m].
+        Displacements of axes that met the force of a preload [m].
     carried : dict
         What free axes carried when the stroke before ended [N].
     trend : dict
         Travel of each axis per share, of late [m].
     shortened : bool
-        Whether the way to the next row was; the one after is not longer, then.
+        Whether the share to the next row was shortened; the one after is then not longer.
     slope : FloatArray or None
-        What the last search knew of the derivatives.
+        Derivatives that the last search found.
     """
 
     session: Session
     stroke: Stroke
-    watch: StopCriteria
+    criteria: StopCriteria
     share: float = 0.0
     late: float = 0.0
     pace: float
@@ -84,7 +84,7 @@ class Setpoints:
 
     @property
     def open_ended(self) -> bool:
-        """Return whether the way of the named axes is not known beforehand."""
+        """Return whether the travel of the named axes is not known beforehand."""
         return bool(self.stroke.force)
 
     def time(self, share: float) -> float:
@@ -92,7 +92,7 @@ class Setpoints:
         return self.session.cursor.begun + max(share, 0.0) * self.stroke.duration + self.late
 
     def span(self, share: float) -> float:
-        """Return the time planned for the way to a share [s]."""
+        """Return the time planned for the travel to a share [s]."""
         return (max(share, 0.0) - max(self.share, 0.0)) * self.stroke.duration
 
     def orders(self, share: float) -> dict[Axis, Setpoint]:
@@ -122,8 +122,8 @@ class Setpoints:
         self, share: float, reach: float = REACH, *, unbroken: bool = False, most: int = MOST_TRIALS
     ) -> ControlledPoint:
         """Return the equilibrium at a share, reached no faster than the machine goes; see `Search`."""
-        session, way = self.session, share - self.share
-        start = {axis: at + way * self.trend.get(axis, 0.0) for axis, at in session.displacement.items()}
+        session, ahead = self.session, share - self.share
+        start = {axis: at + ahead * self.trend.get(axis, 0.0) for axis, at in session.displacement.items()}
         orders, duration = self.orders(share), self.span(share)
         relaxes = session.rig.work.model.relaxation is not None
         for _ in range(SLOWER):
@@ -149,7 +149,7 @@ class Setpoints:
         return found if relaxes else replace(found, duration=duration)
 
     def finest(self) -> float:
-        """Return the shortest way to the next row, as a share of the stroke [1]."""
+        """Return the shortest share of the stroke to the next row [1]."""
         stroke, rig = self.stroke, self.session.rig
         rises = {axis: last - first for axis, (first, last) in stroke.force.items() if first != last}
         if not rises or self.share < 0.0:
@@ -165,7 +165,7 @@ class Setpoints:
         )
 
     def crosshead(self, step: PathPoint, share: float) -> dict[Axis, float]:
-        """Return where the crossheads stand [m] at an equilibrium on the way to a share."""
+        """Return the displacements of the crossheads [m] at an equilibrium before a share."""
         session = self.session
         force = read(step.rig, step.state).force
         return crosshead(session.rig.trains, self.orders(share), step.displacement, force)
@@ -174,21 +174,21 @@ class Setpoints:
         """Return by what share [1] a force that stops an axis, or what ends the step, is passed."""
         stroke, session, step = self.stroke, self.session, settled.step
         shown = session.controller.shows(read(step.rig, step.state).force, session.memory, self.time(share))
-        passed = self.watch.excess(session.memory, shown, settled.crosshead)
+        passed = self.criteria.excess(session.memory, shown, settled.crosshead)
         if stroke.stop_force is None:
             return passed
         going = [axis for axis in stroke.named if axis not in self.stopped]
         return max([passed, *(shown[axis] / stroke.stop_force - 1.0 for axis in going)])
 
     def accept(self, settled: ControlledPoint, share: float, before: Mapping[Axis, float]) -> Equilibrium:
-        """Go to an equilibrium at a share, keep what is needed to go on after it, and return its row.
+        """Go to an equilibrium at a share, keep what is needed to resume after it, and return its row.
 
-        The axes were at displacements `before` [m] at the row that the way was searched from.
+        The axes were at displacements `before` [m] at the row from which it was searched.
         """
-        session, way = self.session, share - self.share
+        session, ahead = self.session, share - self.share
         travel = settled.step.displacement
-        if way > 0.0:
-            self.trend = {axis: (travel[axis] - at) / way for axis, at in before.items()}
+        if ahead > 0.0:
+            self.trend = {axis: (travel[axis] - at) / ahead for axis, at in before.items()}
         self.slope = settled.slope if settled.slope.size else None
         most = LONGEST_PACE if self.open_ended or share < 0.0 else self.longest
         short = session.strain(before, travel) < 0.5 * session.increment or not self.open_ended
@@ -204,7 +204,7 @@ class Setpoints:
         return session.accept(settled.step, self.stroke, settled.crosshead)
 
     def stop(self) -> bool:
-        """Let every axis stand that met the force of a preload; tell whether all have."""
+        """Stop every axis that met the force of a preload; return whether all have."""
         force, session = self.stroke.stop_force, self.session
         if force is None:
             return False
@@ -214,7 +214,7 @@ class Setpoints:
         return all(axis in self.stopped for axis in self.stroke.named)
 
     def note(self) -> None:
-        """Keep what is needed to go on after the next row."""
+        """Keep what is needed to resume after the next row."""
         slope = np.zeros((0, 0)) if self.slope is None else self.slope
         self.session.note(
             share=self.share,
@@ -222,12 +222,12 @@ class Setpoints:
             pace=self.pace,
             **{f"stop_{axis}": at for axis, at in self.stopped.items()},
             **{f"carried_{axis}": force for axis, force in self.carried.items()},
-            **{f"trend_{axis}": way for axis, way in self.trend.items()},
+            **{f"trend_{axis}": travel for axis, travel in self.trend.items()},
             **{f"slope_{row}_{column}": float(one) for (row, column), one in np.ndenumerate(slope)},
         )
 
 
-def setpoints_of(session: Session, stroke: Stroke, watch: StopCriteria) -> Setpoints:
+def setpoints_of(session: Session, stroke: Stroke, criteria: StopCriteria) -> Setpoints:
     """Return the setpoints of a stroke that begins, or as far as it was noted."""
     kept, axes = session.cursor.variables, tuple(session.rig.grips)
     named = max(abs(stroke.end[axis] - stroke.start[axis]) / session.rig.gauges[axis] for axis in stroke.named)
@@ -245,7 +245,7 @@ def setpoints_of(session: Session, stroke: Stroke, watch: StopCriteria) -> Setpo
     return Setpoints(
         session=session,
         stroke=stroke,
-        watch=watch,
+        criteria=criteria,
         share=kept.get("share", -1.0 if lets_go else 0.0),
         late=kept.get("late", 0.0),
         pace=kept.get("pace", pace),

@@ -1,6 +1,6 @@
-"""Tell where a step ends before its target: at a time, a place, a force or a drop, whichever is met first.
+"""Stop criteria of a step: a time, a displacement, a force or a drop, whichever is met first, ends it early.
 
-What is met when a step begins ends it at once.
+A criterion that is met when a step begins ends it at once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigs.record import End
 
 TOLERANCE: Final = 5e-3
-"""An axis stops within this share of a force or a place that ends its way."""
+"""An axis stops within this share of a force or a displacement that ends its step."""
 
 ROUNDING: Final = 1e-9
 """What is this share short of a level is there when a step begins."""
@@ -31,7 +31,7 @@ SMALL: Final = 1e-2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StopReason:
-    """Say how a step ended.
+    """End of a step before its target.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class StopReason:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watched:
-    """Hold a level that ends a step.
+    """Level that ends a step, with the state of an axis beside it.
 
     Attributes
     ----------
@@ -73,18 +73,18 @@ class Watched:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StopCriteria:
-    """StopCriteria a stroke for what ends its step.
+    """Conditions that end the step of a stroke.
 
     Attributes
     ----------
     until : Until or None
-        What the protocol says of it.
+        The conditions of the protocol.
     stroke : Stroke
         The stroke.
     gauges : Mapping
         Initial hook-to-hook length of each axis [m].
     pulls : bool
-        Whether the step goes outwards, whatever this stroke of it does.
+        Whether the step goes outwards as a whole, whatever this stroke does.
     """
 
     until: Until | None
@@ -105,12 +105,12 @@ class StopCriteria:
                 (max(left / stroke.duration, 0.0), StopReason(end="timeout", message=f"{until.time:g} s passed"))
             )
         for axis in stroke.named:
-            start, way = stroke.start[axis], stroke.end[axis] - stroke.start[axis]
+            start, travel = stroke.start[axis], stroke.end[axis] - stroke.start[axis]
             for kind, level in self._places(axis, memory):
-                says = _said(kind, level - memory.course.origin[axis], self.gauges[axis])
-                towards = self._side(kind, axis) in {None, ">" if way > 0.0 else "<"}
-                if way != 0.0 and towards and (level - start) / way >= 0.0:
-                    cuts.append(((level - start) / way, StopReason(end="limit", message=_met(kind, axis, says))))
+                text = _said(kind, level - memory.history.origin[axis], self.gauges[axis])
+                towards = self._side(kind, axis) in {None, ">" if travel > 0.0 else "<"}
+                if travel != 0.0 and towards and (level - start) / travel >= 0.0:
+                    cuts.append(((level - start) / travel, StopReason(end="limit", message=_met(kind, axis, text))))
         share, ending = min(cuts, key=lambda cut: cut[0], default=(inf, None))
         return (share, ending) if share < 1.0 else (1.0, None)
 
@@ -182,7 +182,7 @@ class StopCriteria:
                 axis=axis, kind="force", passed=passed / (abs(force or 0.0) or 1.0), level=f"{force:g} N", shows=shows
             )
         for axis in placed:
-            origin, gauge = memory.course.origin[axis], self.gauges[axis]
+            origin, gauge = memory.history.origin[axis], self.gauges[axis]
             for kind, level in self._places(axis, memory):
                 scale = max(abs(level - origin), SMALL * gauge)
                 passed = _passed(self._side(kind, axis), level, stroke.start[axis], crosshead[axis])
@@ -198,11 +198,15 @@ class StopCriteria:
         """Yield the displacements [m] of an axis that end the step."""
         if self.until is None:
             return
-        strain, way, origin = self.until.level("strain"), self.until.level("displacement"), memory.course.origin[axis]
+        strain, displacement, origin = (
+            self.until.level("strain"),
+            self.until.level("displacement"),
+            memory.history.origin[axis],
+        )
         if strain is not None:
             yield "strain", origin + strain * self.gauges[axis]
-        if way is not None:
-            yield "displacement", origin + way
+        if displacement is not None:
+            yield "displacement", origin + displacement
 
     def _side(self, kind: Control, axis: Axis) -> Side | None:
         """Return the side of a level that ends the step; None for the one where it was not when the step began."""
@@ -224,12 +228,12 @@ def _passed(side: Side | None, level: float, first: float, now: float) -> float:
     return now - level if above else level - now
 
 
-def _said(kind: Control, way: float, gauge: float) -> str:
-    """Return a place since the last zero [m] as a strain of a length [m] or a displacement, as a user says it."""
-    return f"{way / gauge:.4g}" if kind == "strain" else f"{1e3 * way:.4g} mm"
+def _said(kind: Control, displacement: float, gauge: float) -> str:
+    """Return a displacement since the last zero [m] as text: as a strain of a length [m], or in mm."""
+    return f"{displacement / gauge:.4g}" if kind == "strain" else f"{1e3 * displacement:.4g} mm"
 
 
 def _met(kind: Control, axis: Axis, level: str) -> str:
-    """Say that a level is met."""
+    """Return the message of a level that is met."""
     does = {"force": "carries", "strain": "is strained by", "displacement": "is displaced by"}
     return f"axis {axis} {does[kind]} {level}"

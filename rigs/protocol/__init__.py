@@ -1,1 +1,1 @@
-"""What a user says: specimen, rig, steps with their targets, log."""
+"""Protocol of a test: specimen, rig, steps with their targets, log."""

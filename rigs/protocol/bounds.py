@@ -1,4 +1,4 @@
-"""Refuse a value out of its bounds where it is said."""
+"""Bounds of the values of a protocol, checked when its parts are made."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LABEL: Final = (
     "the first a letter, a digit or a bracket"
 )
 
-#: What parts the fields of a log or a path, or makes a cell a formula.
+#: Separators of the fields of a log or a path, and signs that make a cell a formula.
 _FORBIDDEN: Final = frozenset("/\\,;\"'=+@")
 #: Unicode categories of what is not printed, ends a line, or is no character; signs that turn the text around them.
 _UNPRINTED: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
@@ -32,7 +32,7 @@ def require(allowed: bool, name: str, found: object, expected: str) -> None:  # 
 
 
 def require_all(*checks: Callable[[], None]) -> None:
-    """Make every check, and raise what the first that fails says, with what others say as its `more`."""
+    """Make every check; raise the error of the first that fails, with those of others as its `more`."""
     faults = []
     for check in checks:
         try:
@@ -43,7 +43,7 @@ def require_all(*checks: Callable[[], None]) -> None:
 
 
 def require_label(name: str, label: str | None) -> None:
-    """Raise unless `label` may name a test or a step, and stand in any log as it is."""
+    """Raise unless `label` may name a test or a step, and be in any log as it is."""
     require(label is None or is_label(label), name, label, LABEL)
 
 
@@ -59,7 +59,7 @@ def require_count(name: str, value: int | None) -> None:
 
 
 def is_label(text: str) -> bool:
-    """Tell whether a text may name a test or a step.
+    """Return whether a text may name a test or a step.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def is_label(text: str) -> bool:
 
 
 def as_label(text: str, otherwise: str = "test") -> str:
-    """Return a text as a label: what may not stand in one becomes ``_``, or is left out where one begins.
+    """Return a text as a label: what may not be in one becomes ``_``, or is left out where one begins.
 
     Examples
     --------
@@ -84,11 +84,11 @@ def as_label(text: str, otherwise: str = "test") -> str:
 
 
 def may_stand(sign: str) -> bool:
-    """Tell whether a sign may stand in a label; wide forms are refused with the sign they are a form of."""
+    """Return whether a sign may be in a label; wide forms are refused with the sign they are a form of."""
     plain = set(unicodedata.normalize("NFKC", sign))
     return unicodedata.category(sign) not in _UNPRINTED and sign not in _TURNS and not plain & _FORBIDDEN
 
 
 def may_begin(sign: str) -> bool:
-    """Tell whether a sign may be the first of a label: a letter, a digit or an opening bracket."""
+    """Return whether a sign may be the first of a label: a letter, a digit or an opening bracket."""
     return unicodedata.category(sign)[0] in "LN" or unicodedata.category(sign) == "Ps"

@@ -1,4 +1,4 @@
-"""List the rigs: which carriages each axis has, how they share its travel, what their hooks hold and who reads them.
+"""Rigs: which carriages each axis has, how they share its travel, what their hooks hold and which machine reads them.
 
 A rig is data. The functions of `rigs.machines.rig` put the same parts together for all of them.
 """
@@ -25,7 +25,7 @@ Held: TypeAlias = tuple[bool, bool, bool, bool]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """Describe the two carriages of an axis; of a pair of values the first is that of the negative side, or below.
+    """The two carriages of an axis; of a pair of values the first is that of the negative side, or below.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrangement:
-    """Describe a rig.
+    """Rig: its drives and the sides of its specimen.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Arrangement:
         return ("hold", "free", "follow") if self.sides == "hold" else ("free",)
 
 
-#: A pole lies across the pull, in the plane of a planar knit; a hook holds what is left: the pull, and the second
+#: A pole is across the pull, in the plane of a planar knit; a hook holds what is left: the pull, and the second
 #: direction across it (out of plane, or for a face along the pile the distance from pole to pole).
 _ACROSS: Final[Mapping[Axis, tuple[Held, Axis]]] = {
     "C": ((True, False, True, False), "W"),
@@ -105,12 +105,12 @@ _ALONG: Final[Mapping[Axis, tuple[Held, Axis]]] = {
 #: Carriages that move symmetrically about the specimen's centre, a load cell that reads both.
 _STAGE: Final = Drive(machine="biaxial-hook", travel=(0.5, 0.5), cell=(0.5, 0.5), held=(False,) * 4)
 
-#: The lower clamp stands, the crosshead carries the upper one and the load cell above it.
+#: The lower clamp is fixed, the crosshead carries the upper one and the load cell above it.
 _FRAME: Final = Drive(machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(False,) * 4)
 
 
 def _hung(drive: Drive, hooks: Mapping[Axis, tuple[Held, Axis]], *axes: Axis) -> dict[Axis, Drive]:
-    """Return like drives for some axes, each with the hooks and poles that belong to its faces."""
+    """Return a drive for each of some axes, with the hooks and poles that belong to its faces."""
     return {axis: replace(drive, held=hooks[axis][0], pole=hooks[axis][1]) for axis in axes}
 
 
@@ -124,7 +124,7 @@ CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(
         "triaxial": Arrangement(
             drives={**_hung(_STAGE, _ALONG, "C", "W"), **_hung(_FRAME, _ALONG, "P")}, mounts_one=False, sides="hold"
         ),
-        # The lower plate stands on the substrate; the gripper on the indenter takes the upper one, load cell behind it.
+        # The lower plate is on the substrate; the gripper on the indenter takes the upper one and has the load cell.
         "sem-microgripper": Arrangement(
             drives={
                 "P": Drive(

@@ -1,7 +1,7 @@
-"""Say what a test is: specimen, rig, steps, log; SI floats throughout.
+"""Test of one specimen: specimen, rig, steps and log; SI floats throughout.
 
-These dataclasses are also the Python builder, and this is their one door: every file is one of them, and back
-(`app.schemas`). Only what a rig honours can be said; a value outside its range raises where it is said.
+These dataclasses are also the Python builder, and this is the one module to import them from; `app.schemas` converts
+protocol files to them and back. A value outside its range raises when it is made.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ MAX_STROKES = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogSpec:
-    """Say how the instruments sample: rate, and rate near events [Hz], noise or none, and the noise's seed [1].
+    """Sampling of the instruments: rate, and rate near events [Hz], noise or none, and the noise's seed [1].
 
     Events are the jumps of the specimen: a fibre or a fused point that breaks, a snap. Of the cycles of a step `cycle`
     the first, the last and every n-th is kept. A step may say otherwise.
@@ -103,16 +103,16 @@ class LogSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
-    """Describe one test on one specimen.
+    """One test on one specimen.
 
     Parameters
     ----------
     specimen : SpecimenSpec
-        What hangs on the hooks.
+        What is mounted.
     speed_ref : {'pair', 'grip'}
         Whether a rate is that of the hook-to-hook length, or of one carriage that moves.
     others : {'hold', 'free', 'follow'}
-        What the axes do that a step does not name: stand still, give way so that they carry no force, or make the same
+        What the axes do that a step does not name: stay, give way so that they carry no force, or have the same
         strain. Beside the frame the specimen's sides are free.
     steps : tuple of Step or Repeat
         The steps, in order.
@@ -123,7 +123,7 @@ class Protocol:
     load_cell : float or None
         Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
-        Which axis of the specimen stands along the frame; None on a rig that drives every axis it has.
+        Which axis of the specimen is along the frame; None on a rig that drives every axis it has.
     hook : {'pin', 'wire'}
         How a hook holds its loop: 'pin' ties the nearest node of the yarn, 'wire' is a rigid wire through the loop.
     pole_friction : float or None
@@ -193,7 +193,7 @@ class Protocol:
         )
 
     def _require_faces(self) -> None:
-        """Raise unless the specimen has the faces that the rig pulls, and stands along one of them where it must."""
+        """Raise unless the specimen has the faces that the rig pulls, and one of them is mounted where it must be."""
         rig = CATALOGUE[self.rig]
         able = [axis for axis in rig.axes if axis in self.specimen.axes]
         if rig.mounts_one:

@@ -1,4 +1,4 @@
-"""Say what hangs on the hooks, and make it."""
+"""Specimen of a test: its description, its yarn as printed, and its size."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ NAMED_KNITS: Final[Mapping[str, Stitch | VolumetricStitch]] = {**NAMED_STITCHES,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpecimenSpec:
-    """Name the knit on the rig.
+    """Specimen on the rig.
 
     Parameters
     ----------
@@ -195,8 +195,8 @@ def _made(
 def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axis, float]:
     """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
 
-    A site is a place on the printed yarn. The node that stands for it lies beside the yarn, the further the coarser
-    the mesh. Along an axis whose faces are printed into plates it is the gap between these.
+    A site is a place on the printed yarn. The node that represents it is beside the yarn, at a distance that
+    grows with the size of the mesh. Along an axis whose faces are printed into plates it is the gap between these.
     """
     at: dict[SiteSet, FloatArray] = {}
     for name, nodes in specimen.sites.items():
@@ -216,7 +216,7 @@ def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = 
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
     lengths = gauge_lengths(specimen, plated)
     if isinstance(specimen.stitch, Filament):
-        # Its section is round: two sides of a square stand for it.
+        # Its section is round: two sides of a square represent it.
         side = specimen.stitch.side * specimen.loop_width
         return SpecimenSize(
             extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"

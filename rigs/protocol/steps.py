@@ -1,4 +1,4 @@
-"""Say what is done to a specimen, step by step; SI floats throughout."""
+"""Steps of a protocol: what is done to a specimen; SI floats throughout."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ RUPTURE_DROP: Final = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zero(StepDefaults):
-    """Tare the named channels where they stand."""
+    """Set the named channels to zero."""
 
     channels: tuple[Channel, ...] = ("force", "displacement")
 
@@ -83,7 +83,7 @@ class Zero(StepDefaults):
 class Preload(StepDefaults):
     """Load the axes until the load cell of each shows `force` [N].
 
-    Driven at a speed or strain rate an axis that has met the force stops and stands while the others go on; with
+    Driven at a speed or strain rate an axis that has met the force stops and stays while the others go on; with
     ``control='force'`` all forces rise together at a force rate and are all held.
     """
 
@@ -119,7 +119,7 @@ class Preload(StepDefaults):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ramp(StepDefaults):
-    """Drive the axes to a target together, the one with the longest way at `rate`."""
+    """Drive the axes to a target together, the one with the longest travel at `rate`."""
 
     axes: tuple[Axis, ...]
     to: Target
@@ -147,7 +147,7 @@ class Ramp(StepDefaults):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hold(StepDefaults):
-    """Stand still for `duration` [s], or with ``control='force'`` keep the forces of `axes` as they are."""
+    """Keep displacements for `duration` [s], or with ``control='force'`` the forces of `axes`."""
 
     duration: float
     axes: tuple[Axis, ...] = ()
@@ -224,7 +224,7 @@ class Cycle(StepDefaults):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeat:
-    """Do the steps `n` times over."""
+    """Steps that are done `n` times."""
 
     n: int
     steps: tuple[Step | Repeat, ...]

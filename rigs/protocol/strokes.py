@@ -40,7 +40,7 @@ class Stroke:
     cycle : int
         Number of the set it belongs to, from 1 [1].
     step : int
-        Turn of the step that it is part of, from 0.
+        Index of the step that it is part of, from 0.
     tag : str or None
         The step's tag.
     named : tuple of Axis

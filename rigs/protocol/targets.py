@@ -1,4 +1,4 @@
-"""Say where an axis goes, how fast, and what ends its way early; SI floats throughout."""
+"""Targets and rates of axes, and what ends or logs a step; SI floats throughout."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_STRAIN: Final = 5.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StrainRate:
-    """Be a rate of strain [1/s]."""
+    """Rate of strain [1/s]."""
 
     value: float
 
@@ -33,7 +33,7 @@ class StrainRate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForceRate:
-    """Be a rate of force [N/s]."""
+    """Rate of force [N/s]."""
 
     value: float
 
@@ -48,14 +48,14 @@ Rate: TypeAlias = float | StrainRate | ForceRate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """Say where an axis goes, all since the last zero.
+    """Target of an axis, counted from the last zero.
 
     Parameters
     ----------
     kind : {'strain', 'displacement', 'force'}
         A strain [1], a change of hook-to-hook length [m], or what its load cell shows [N].
     value : float
-        How far.
+        Its value.
     """
 
     kind: Control
@@ -67,7 +67,7 @@ class Target:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """Be a level with the side of it that counts: at or above ('>'), at or below ('<')."""
+    """Level with the side of it that counts: at or above ('>'), at or below ('<')."""
 
     side: Side
     value: float
@@ -75,7 +75,7 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Until:
-    """Say what ends a step before its target; what is met first does, at once if it is met when the step begins.
+    """Conditions that end a step before its target: the first that is met, at once if that is when the step begins.
 
     At least one must be given. A bare level is passed as the step goes: at or above it where the step pulls, at or
     below it where a ramp lets go, from whichever side in a hold.
@@ -85,7 +85,7 @@ class Until:
     force : float, Bound or None
         The load cell of an axis that the step drives shows this force [N].
     strain, displacement : float, Bound or None
-        Such an axis is as far [1], [m] from the last zero.
+        Such an axis has this strain [1] or displacement [m] since the last zero.
     time : float or None
         Time since the step began [s].
     drop : float or None
@@ -122,14 +122,14 @@ class Until:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepLog:
-    """Say how a step is logged where it differs from the test.
+    """Logging of a step where it differs from the test.
 
     Parameters
     ----------
     rate, events : float or None
         Samples per second, and near events [Hz].
     every_cycle : int or None
-        Of the cycles of a step `cycle` the first, the last and every so manieth is kept [1].
+        Of the cycles of a step `cycle` the first, the last and every n-th is kept [1].
     """
 
     rate: float | None = None
@@ -163,7 +163,7 @@ def require_level(kind: Control, level: float, name: str) -> None:
 
 
 def require_rate(rate: Rate, control: Control) -> None:
-    """Raise unless a rate is one of what is controlled: a force in N/s, a way in m/s or 1/s."""
+    """Raise unless a rate is one of what is controlled: a force in N/s, a displacement in m/s or 1/s."""
     if isinstance(rate, ForceRate):
         wanted = f"a speed or a strain rate, for {control} is controlled: such as 0.2 mm/s or 1e-3 /s"
         require(control == "force", "rate", f"{rate.value:g} N/s", wanted)

@@ -22,7 +22,7 @@ class UnrolledStep:
     Attributes
     ----------
     number : int
-        Its turn, from 0.
+        Its index, from 0.
     place : str
         Its place in the file, ``steps[2].cycle``.
     step : Step

@@ -40,7 +40,7 @@ def saved(**more: object) -> Saved:
     _, state = strand()
     cursor = ResumePoint(
         memory=Memory(
-            course=History(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
+            history=History(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
             tare={"C": 1.0 / 7.0},
             shown={},
             first={"C": 0.0},
@@ -50,7 +50,7 @@ def saved(**more: object) -> Saved:
         leaf=1,
         stroke=3,
         begun=1.5,
-        leg=2,
+        segment=2,
         origin={"C": 1.0 / 3.0, "W": 0.0},
         place=PathPosition(begin=0.1, at=0.7, step=0.05),
         variables={"share": 0.3, "stop_C": 1e-3},

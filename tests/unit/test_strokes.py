@@ -142,17 +142,17 @@ def test_displacement_targets_are_of_the_pair() -> None:
 def test_strokes_start_from_what_the_controller_sees() -> None:
     plan = protocol(Preload(axes=("C",), force=0.05, rate=1e-4), Zero(), to_strain(0.1, "C"))
     planner, (preload_step, zero_step, ramp_step) = Planner(protocol=plan, gauges=GAUGES), unrolled(plan.steps)
-    sight = Readings(displacement={"C": 0.0, "W": 0.0}, force={"C": 0.0, "W": 0.0})
-    course = planner.begin()
-    preload = planner.stroke(preload_step, 0, course, sight)
+    readings = Readings(displacement={"C": 0.0, "W": 0.0}, force={"C": 0.0, "W": 0.0})
+    history = planner.begin()
+    preload = planner.stroke(preload_step, 0, history, readings)
     assert preload is not None
     assert (preload.phase, preload.stop_force) == ("Preload", 0.05)
     assert preload.end["C"] == pytest.approx(PRELOAD_REACH * GAUGES["C"])
     met = Readings(displacement={"C": 0.001, "W": 0.0}, force={"C": 0.05, "W": 0.0})
-    zero = planner.stroke(zero_step, 0, course.after(preload, met), met)
+    zero = planner.stroke(zero_step, 0, history.after(preload, met), met)
     assert zero is not None
     assert zero.start == {"C": 0.001, "W": 0.0}
-    ramp = planner.stroke(ramp_step, 0, course.after(zero, met), met)
+    ramp = planner.stroke(ramp_step, 0, history.after(zero, met), met)
     # The zero moves the origin: 10 % of 50 mm from where the preload ended.
     assert ramp is not None
     assert ramp.end["C"] == pytest.approx(0.001 + 0.005)
