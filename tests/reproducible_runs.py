@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
     from rigs.axes import Axis
-    from rigs.protocol.steps import Step
+    from rigs.protocol.step import Step
 
     Rows: TypeAlias = dict[str, list[float]]
     Runs: TypeAlias = dict[str, Rows]

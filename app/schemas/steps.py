@@ -44,8 +44,6 @@ from rigs.axes import Axis
 from rigs.protocol.step import Step, step_name
 from rigs.protocol.steps import (
     RUPTURE_DROP,
-    Channel,
-    Control,
     Cycle,
     Hold,
     Image,
@@ -55,6 +53,7 @@ from rigs.protocol.steps import (
     UntilRupture,
     Zero,
 )
+from rigs.protocol.targets import Channel, Control
 
 
 class ZeroModel(Model):

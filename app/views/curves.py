@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray
     from rigs.instruments.channels import Zeroing
     from rigs.protocol.protocol import Protocol
-    from rigs.protocol.steps import Channel
+    from rigs.protocol.targets import Channel
     from rigs.record import Phase, SpecimenSize, Trace
 
 #: What an axis does in a part of its curve; `held` and `free` while another axis is driven.

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import FloatArray
     from rigs.instruments.ticks import Ticks
-    from rigs.protocol.steps import Channel as Kind
+    from rigs.protocol.targets import Channel as Kind
     from rigs.record import Equilibrium, Trace
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import LogSpec, Protocol
-    from rigs.protocol.steps import Channel as Kind
+    from rigs.protocol.targets import Channel as Kind
 
 CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
     "biaxial-hook": {"C": "X", "W": "Y"},

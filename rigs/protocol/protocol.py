@@ -14,24 +14,8 @@ from rigs.protocol.bounds import require, require_all, require_count, require_fr
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.specimen import SpecimenSpec
 from rigs.protocol.step import Step
-from rigs.protocol.steps import (
-    Channel,
-    Control,
-    Cycle,
-    ForceRate,
-    Hold,
-    Image,
-    Preload,
-    Ramp,
-    Rate,
-    Repeat,
-    StepLog,
-    StrainRate,
-    Target,
-    Until,
-    UntilRupture,
-    Zero,
-)
+from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, UntilRupture, Zero
+from rigs.protocol.targets import Channel, Control, ForceRate, Rate, StepLog, StrainRate, Target, Until
 from rigs.protocol.unrolled import axes_of, stroke_count
 from rigs.protocol.waveform import Waveform
 

@@ -12,10 +12,8 @@ from rigs.protocol.strokes import PRELOAD_REACH
 from rigs.protocol.targets import (
     Channel,
     Control,
-    ForceRate,
     Rate,
     StepLog,
-    StrainRate,
     Target,
     Until,
     require_axes,
@@ -28,26 +26,6 @@ from rigs.protocol.targets import (
 if TYPE_CHECKING:
     from rigs.protocol.step import Pictures
     from rigs.protocol.strokes import Situation, Stroke
-
-__all__ = [
-    "Channel",
-    "Control",
-    "Cycle",
-    "ForceRate",
-    "Hold",
-    "Image",
-    "Preload",
-    "Ramp",
-    "Rate",
-    "Repeat",
-    "Step",
-    "StepLog",
-    "StrainRate",
-    "Target",
-    "Until",
-    "UntilRupture",
-    "Zero",
-]
 
 RUPTURE_DROP: Final = 0.6
 """Share by which the force must fall below its peak for a rupture, unless a protocol says otherwise [1]."""

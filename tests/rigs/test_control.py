@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from rigs.machines.machine import MachineData
     from rigs.machines.rig import Rig
     from rigs.protocol.catalogue import MachineName
-    from rigs.protocol.steps import Step
+    from rigs.protocol.step import Step
 
     Bar = Callable[..., None]
 

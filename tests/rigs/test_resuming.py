@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.control.experiment import Event
-    from rigs.protocol.steps import Step
+    from rigs.protocol.step import Step
 
 SPEED: Final = 2e-4
 ORIGIN: Final = Origin(name="x", protocol="", materials="", facts={"seed": 1})

@@ -25,7 +25,7 @@ from tests.synthetic_run import BOTH
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
     from rigs.machines.rig import Rig
-    from rigs.protocol.steps import Step
+    from rigs.protocol.step import Step
 
 RADIUS = NAMED_STITCHES["stockinette-default"].fibre_radius
 PULL = Ramp(axes=BOTH, to=Target(kind="strain", value=0.1), rate=2e-4)

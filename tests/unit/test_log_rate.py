@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigs.axes import Axis, FloatArray
-    from rigs.protocol.steps import Step
+    from rigs.protocol.step import Step
     from rigs.record import Trace
 
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
