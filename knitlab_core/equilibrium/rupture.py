@@ -177,8 +177,7 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
         If the broken knit finds no equilibrium.
     """
     state = _torn(work.model, state, edge)
-    left = Workspace(sever(work.model, edge))
-    left.clock = work.clock
+    left = Workspace(sever(work.model, edge), work.clock)
     left.dead.loads[:] = work.dead.loads
     rods = rods_of_step(left.model, state, 0.0)
     left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, rods=rods)

@@ -30,6 +30,8 @@ class Workspace:
     ----------
     model : Model
         What is solved.
+    clock : Stopwatch, optional
+        That of a workspace whose place it takes; by default one of its own.
 
     Attributes
     ----------
@@ -44,9 +46,9 @@ class Workspace:
         Samples and edges in the configuration last placed.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, clock: Stopwatch | None = None) -> None:
         n = len(model.fixed)
-        self.model, self.clock = model, Stopwatch()
+        self.model, self.clock = model, Stopwatch() if clock is None else clock
         self.placed = Placed.zeros(n, n * len(model.samples.weights))
         self.rods, self.dead = RodTerm(model.rods), DeadLoads(n)
         self.contacts = ContactTerm(self.placed, model.samples, model.law, self.clock)
