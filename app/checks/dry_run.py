@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, packed
 from app.checks.log_size import row_size
+from app.schemas import load
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.checks.budget import Budget
-    from app.schemas import Loaded
+    from app.schemas import Loaded, Source
     from rigs.axes import Axis
     from rigs.control.plan import Planned
     from rigs.machines.machine import MachineData
@@ -178,15 +179,21 @@ def count_rows(loaded: Loaded) -> int:
     return rows
 
 
-def dry_run(loaded: Loaded) -> Plan:
+def dry_run(source: Source) -> Plan:
     """Go through a protocol without physics.
+
+    Parameters
+    ----------
+    source : Path, str, Protocol or Loaded
+        Path of its file, or the protocol.
 
     Raises
     ------
     ProtocolError
         If the specimen cannot exist or the log would be too long.
     """
-    protocol = loaded.one_test().protocol
+    loaded = load(source).one_test()
+    protocol = loaded.protocol
     try:
         facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
         lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}

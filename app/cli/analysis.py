@@ -33,14 +33,11 @@ def sweep(
     figures of the table over the parameter, or maps over two.
     """
     from app.cli.tables import Bar, print_sweep, sweep_data  # noqa: PLC0415
-    from app.file_names import file_stem  # noqa: PLC0415
     from app.runs.sweeps import run_sweep  # noqa: PLC0415
-    from app.runs.use_cases import RUNS  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     with Bar(hidden=quiet) as bar:
-        folder = RUNS / file_stem(protocol.stem) if out is None else out
-        result = run_sweep(protocol, folder, bar.show, jobs=jobs, figures=plot or ())
+        result = run_sweep(protocol, out, bar.show, jobs=jobs, figures=plot or ())
     if as_json:
         print_json(sweep_data(result))
     else:

@@ -6,6 +6,7 @@ import errno
 import os
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
@@ -26,7 +27,6 @@ from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     import h5py
 
@@ -156,7 +156,7 @@ class RunReader:
         return tuple(self.tags[int(index)] if 0 <= index < len(self.tags) else None for index in indices)
 
 
-def read_run(path: Path) -> RunReader:
+def read_run(path: Path | str) -> RunReader:
     """Open a run by its folder or by its file.
 
     Raises
@@ -166,6 +166,7 @@ def read_run(path: Path) -> RunReader:
     FormatError
         If it is not one of a run, or of another layout.
     """
+    path = Path(path)
     record = path / "run.h5" if path.is_dir() else path
     if not record.exists():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(record))

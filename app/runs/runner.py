@@ -54,6 +54,10 @@ if TYPE_CHECKING:
     Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
 
 
+def quiet(_share: float, _text: str) -> None:
+    """Show no progress."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
     """Say how a run ended and what it came to.
@@ -144,12 +148,12 @@ def make_task(
     )
 
 
-def put_up(loaded: Loaded) -> tuple[Rig, State]:
+def mount_specimen(loaded: Loaded) -> tuple[Rig, State]:
     """Mount the specimen of a protocol."""
     return mount(build_specimen(loaded), loaded.protocol, fitted_machines(loaded))
 
 
-def from_start(task: Task, rig: Rig, state: State) -> RunResult:
+def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     """Do a test and write its record, ``run.h5``."""
     protocol = task.loaded.protocol
     make_record(
@@ -185,7 +189,7 @@ def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
     return lower.nodes, upper.nodes
 
 
-def go_on(task: Task, saved: Saved) -> RunResult:
+def resume(task: Task, saved: Saved) -> RunResult:
     """Go on with a test from a checkpoint."""
     protocol, checkpoint = task.loaded.protocol, saved.checkpoint
     laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
@@ -198,9 +202,7 @@ def go_on(task: Task, saved: Saved) -> RunResult:
     return _published(task, result, journal.done)
 
 
-def as_ended(
-    record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None
-) -> RunResult:
+def reopen(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None) -> RunResult:
     """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()

@@ -9,12 +9,15 @@ import unicodedata
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.file_names import file_stem
 from app.records.folder import RECORD, write_whole
 from app.records.reader import RunReader
 from app.records.results import figures_of
-from app.runs.use_cases import has_ended, resume_run, run_protocol
+from app.runs.runner import quiet
+from app.runs.use_cases import RUNS, has_ended, resume_run, run_protocol
 from app.schemas import load_sweep, loads, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
@@ -24,10 +27,10 @@ from app.views.sweep_plots import plot_figure
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Iterator, Sequence
 
     from app.records.results import Figure
+    from app.runs.runner import Progress
     from app.schemas import Loaded
     from app.schemas.document import Place
     from app.schemas.sweep import Point, Scalar
@@ -86,17 +89,22 @@ class SweepResult:
 
 
 def run_sweep(
-    path: Path, out: Path, progress: Callable[[float, str], None], *, jobs: int = 1, figures: Sequence[str] = ()
+    path: Path | str,
+    out: Path | str | None = None,
+    progress: Progress = quiet,
+    *,
+    jobs: int = 1,
+    figures: Sequence[str] = (),
 ) -> SweepResult:
     """Run all points of a sweep that are not done yet.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         The protocol file.
-    out : Path
-        Folder of the sweep; each point gets one in it, named by its values.
-    progress : callable
+    out : Path, str or None
+        Folder of the sweep; each point gets one in it, named by its values. None for one under ``runs/``.
+    progress : callable, optional
         Told the share done [1] and what is being done.
     jobs : int
         Processes that run at once.
@@ -115,13 +123,15 @@ def run_sweep(
     """
     if not 1 <= jobs <= MOST_JOBS:
         raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
+    path = Path(path)
     swept = load_sweep(path)
+    out = RUNS / file_stem(path.stem) if out is None else Path(out)
     out.mkdir(parents=True, exist_ok=True)
     done = {point.label: is_done(out / point.label, loaded) for point, loaded in swept}
     todo = [point for point, _ in swept if not done[point.label]]
     count = len(swept) - len(todo)
     progress(count / len(swept), f"{count} of {len(swept)} points done before")
-    for point, end in _run_all(path, out, todo, progress if jobs == 1 else _quiet, jobs):
+    for point, end in _run_all(path, out, todo, progress if jobs == 1 else quiet, jobs):
         if end == "abort":
             # Who interrupts a point means the sweep.
             break
@@ -181,7 +191,7 @@ def _differences(one: object, other: object, place: Place = ()) -> Iterator[tupl
 
 
 def _run_all(
-    path: Path, out: Path, todo: Sequence[Point], progress: Callable[[float, str], None], jobs: int
+    path: Path, out: Path, todo: Sequence[Point], progress: Progress, jobs: int
 ) -> Iterator[tuple[Point, End]]:
     """Run points, and yield each as it is done, with its end."""
     if jobs == 1:
@@ -189,20 +199,16 @@ def _run_all(
             yield point, _run_one(path, out / point.label, point, progress)
         return
     with ProcessPoolExecutor(max_workers=jobs, mp_context=get_context("spawn")) as pool:
-        running = {pool.submit(_run_one, path, out / point.label, point, _quiet): point for point in todo}
+        running = {pool.submit(_run_one, path, out / point.label, point, quiet): point for point in todo}
         for one in as_completed(running):
             yield running[one], one.result()
 
 
-def _run_one(path: Path, folder: Path, point: Point, progress: Callable[[float, str], None]) -> End:
+def _run_one(path: Path, folder: Path, point: Point, progress: Progress) -> End:
     """Run one point into its folder, or go on with it where it was cut off."""
     if (folder / RECORD).exists():
         return resume_run(folder, progress).outcome
     return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
-
-
-def _quiet(_share: float, _text: str) -> None:
-    """Say nothing."""
 
 
 def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:

@@ -15,7 +15,7 @@ from app.records.layout import reaches
 from app.records.lock import locked
 from app.records.reader import RunReader
 from app.runs.compile_ahead import compiling_beside
-from app.runs.runner import RunResult, as_ended, from_start, go_on, make_task, put_up
+from app.runs.runner import RunResult, make_task, mount_specimen, quiet, reopen, resume, run_from_start
 from app.runs.stopped import kept_in
 from app.schemas import load, loads
 from app.views.drawing import draw_here
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
     from app.records.checkpoint import Saved
     from app.runs.runner import Progress, Watch
-    from app.schemas import Loaded
+    from app.schemas import Loaded, Source
     from app.schemas.document import Data
     from app.views.drawing import Draw
     from rigs.record import Outcome
 
-__all__ = ["RunResult", "has_ended", "resume_run", "run_loaded", "run_protocol"]
+__all__ = ["RunResult", "has_ended", "resume_run", "run_protocol"]
 
 RUNS: Final = Path("runs")
 
@@ -45,9 +45,10 @@ EVERY_RUN: Final = "compiling the solver for this machine: takes about a minute\
 
 
 def run_protocol(
-    path: Path,
-    out: Path | None,
-    progress: Progress,
+    source: Source,
+    out: Path | str | None = None,
+    progress: Progress = quiet,
+    watch: Watch | None = None,
     *,
     exact: bool = False,
     chosen: Mapping[str, Data] | None = None,
@@ -58,16 +59,18 @@ def run_protocol(
 
     Parameters
     ----------
-    path : Path
-        The protocol file.
-    out : Path or None
+    source : Path, str, Protocol or Loaded
+        Path of the protocol file, or the protocol.
+    out : Path, str or None
         Run folder to make, under the next free name; None for one under ``runs/``.
-    progress : callable
+    progress : callable, optional
         Told the share done [1] and what is being done.
+    watch : callable or None
+        Told number, row and strains [1] of every equilibrium.
     exact : bool
         Run in `out` itself, whatever else is in it but a run that can be gone on with.
     chosen : Mapping, optional
-        Values for some of its parameters, in the place of its own.
+        Values for some parameters of the file, in the place of its own.
     draw : callable or None
         Begins to draw the plot and the knit; None for no pictures.
     began : float, optional
@@ -85,52 +88,20 @@ def run_protocol(
     SpecificationError
         If there is a run in the exact folder.
     """
-    loaded = load(path, chosen).one_test()
-    folder = RUNS / file_stem(loaded.protocol.name) if out is None else out
-    return run_loaded(loaded, folder, progress, exact=exact, draw=draw, began=began)
-
-
-def run_loaded(
-    loaded: Loaded,
-    out: Path,
-    progress: Progress,
-    watch: Watch | None = None,
-    *,
-    exact: bool = False,
-    draw: Draw | None = draw_here,
-    began: float | None = None,
-) -> RunResult:
-    """Run a protocol that has been read; else as `run_protocol`.
-
-    Parameters
-    ----------
-    loaded : Loaded
-        The protocol.
-    out : Path
-        Run folder to make, under the next free name.
-    progress : callable
-        Told the share done [1] and what is being done.
-    watch : callable or None
-        Told number, row and strains [1] of every equilibrium.
-    exact : bool
-        Run in `out` itself, whatever else is in it but a run that can be gone on with.
-    draw : callable or None
-        Begins to draw the plot and the knit; None for no pictures.
-    began : float, optional
-        When it began, on the clock of `perf_counter` [s]; by itself now.
-    """
     began = perf_counter() if began is None else began
+    loaded = load(source, chosen).one_test()
+    wanted = RUNS / file_stem(loaded.protocol.name) if out is None else Path(out)
     with _compiling():
-        rig, state = put_up(loaded)
-        with kept_in(out):
-            folder = _exactly(out) if exact else make_run_folder(out)
+        rig, state = mount_specimen(loaded)
+        with kept_in(wanted):
+            folder = _exactly(wanted) if exact else make_run_folder(wanted)
         with kept_in(folder), locked(folder):
-            return from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
+            return run_from_start(make_task(loaded, folder, began, progress, watch, draw=draw), rig, state)
 
 
 def resume_run(
-    run: Path,
-    progress: Progress,
+    run: Path | str,
+    progress: Progress = quiet,
     watch: Watch | None = None,
     *,
     draw: Draw | None = draw_here,
@@ -143,9 +114,9 @@ def resume_run(
 
     Parameters
     ----------
-    run : Path
+    run : Path or str
         The run folder, or its ``run.h5``.
-    progress : callable
+    progress : callable, optional
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium from there.
@@ -173,7 +144,7 @@ def resume_run(
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":
-            return as_ended(record, folder, saved, progress, draw=draw)
+            return reopen(record, folder, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
         task = make_task(loaded, folder, began, progress, watch, draw=draw)
         with _compiling():
@@ -181,12 +152,12 @@ def resume_run(
                 _set_aside(folder / RECORD)
             if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
                 sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
-                return from_start(task, *put_up(loaded))
+                return run_from_start(task, *mount_specimen(loaded))
             require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
-            return go_on(task, saved)
+            return resume(task, saved)
 
 
-def has_ended(run: Path) -> Outcome | None:
+def has_ended(run: Path | str) -> Outcome | None:
     """Return how a run ended; None if something of it is still to be done."""
     folder = _folder(run)
     if (folder / CHECKPOINT).exists():
@@ -195,9 +166,10 @@ def has_ended(run: Path) -> Outcome | None:
     return None if outcome.end == "abort" else outcome
 
 
-def _folder(run: Path) -> Path:
+def _folder(run: Path | str) -> Path:
     """Return the folder of a run, which may be named by its record too."""
-    return run.parent if run.name == RECORD else run
+    path = Path(run)
+    return path.parent if path.name == RECORD else path
 
 
 @contextmanager

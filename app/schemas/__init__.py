@@ -18,8 +18,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import ValidationError
 
@@ -37,19 +38,19 @@ from app.schemas.sweep import points_of
 from app.schemas.tables import with_tables
 from knitlab_core.errors import SpecificationError
 from rigs.protocol.bounds import as_label
+from rigs.protocol.protocol import Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from pathlib import Path
 
     from app.schemas.document import Data
     from app.schemas.sweep import Point
     from knitlab_core.materials import Material
-    from rigs.protocol.protocol import Protocol
 
 __all__ = [
     "Loaded",
     "ProtocolError",
+    "Source",
     "from_yaml",
     "json_schema",
     "load",
@@ -115,21 +116,33 @@ class Loaded:
         return locate(self.document, error)
 
 
-def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
-    """Read a protocol file; a protocol without a name takes the file's, with `_` for what no name may hold.
+Source: TypeAlias = Path | str | Protocol | Loaded
+"""Where a protocol comes from: the path of its file, Python, or an earlier `load`."""
+
+
+def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
+    """Read a protocol file, or take a protocol that was built in Python.
 
     Parameters
     ----------
-    path : Path
-        The file.
+    source : Path, str, Protocol or Loaded
+        Path of the file, or the protocol. One that is built in Python goes through its text, as a file's does. One
+        without a name takes that of its file, with `_` for what no name may hold.
     chosen : Mapping, optional
-        Values for some of its parameters, in the place of its own.
+        Values for some of the parameters of a file, in the place of its own.
 
     Raises
     ------
     ProtocolError
         For whatever is wrong with it, in one line.
+    SpecificationError
+        If values are chosen for a protocol that is no file, and so has no parameters.
     """
+    if isinstance(source, Protocol | Loaded):
+        if chosen:
+            raise SpecificationError("chosen", ", ".join(chosen), "no values: only a file has parameters")
+        return source if isinstance(source, Loaded) else loads(to_yaml(source), f"<{source.name}>")
+    path = Path(source)
 
     def beside(name: str) -> tuple[Mapping[str, Material], str]:
         file = materials_file(path, name)
@@ -140,7 +153,7 @@ def load(path: Path, chosen: Mapping[str, Data] | None = None) -> Loaded:
     return _loaded(document, as_label(path.stem, _UNNAMED), beside, chosen or {}, path)
 
 
-def load_sweep(path: Path, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
+def load_sweep(path: Path | str, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
     """Read a protocol file once for every point of its sweep, with values `chosen` for other parameters.
 
     Raises

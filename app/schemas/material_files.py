@@ -41,9 +41,9 @@ def load_materials(path: Path) -> Mapping[str, Material]:
     return MappingProxyType(to_materials(parse_text(read_text(path, "materials"), str(path), "materials")))
 
 
-def known_materials(path: Path | None = None) -> Mapping[str, Material]:
+def known_materials(path: Path | str | None = None) -> Mapping[str, Material]:
     """Return the catalogue, and with it the materials of a file; no file can redefine a name of the catalogue."""
-    return MATERIALS if path is None else MappingProxyType({**MATERIALS, **load_materials(path)})
+    return MATERIALS if path is None else MappingProxyType({**MATERIALS, **load_materials(Path(path))})
 
 
 def materials_file(protocol: Path, name: str) -> Path:

@@ -111,7 +111,7 @@ def _attempt(files: JobFolder) -> None:
 def _test(files: JobFolder, watch: _Watch) -> RunResult:
     """Do what is left of the test after earlier attempts; begin at the beginning if they came to nothing."""
     from app.records.checkpoint import CHECKPOINT  # noqa: PLC0415
-    from app.runs.use_cases import resume_run, run_loaded  # noqa: PLC0415
+    from app.runs.use_cases import resume_run, run_protocol  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.views.drawing import draw_here  # noqa: PLC0415
     from rigs.analysis.material_limits import limits_of  # noqa: PLC0415
@@ -132,7 +132,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
                 _log(f"the test ended: {ended.outcome}")
             return ended
     shutil.rmtree(files.run, ignore_errors=True)
-    ended = run_loaded(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
+    ended = run_protocol(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
     return ended
 

@@ -27,13 +27,13 @@ def one_thread() -> None:
 
 def warm_up() -> None:
     """Run the small test in a folder that goes away; a failure leaves the jobs slower, not broken."""
-    from app.runs.use_cases import run_loaded  # noqa: PLC0415
+    from app.runs.use_cases import run_protocol  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.service import job_process  # noqa: F401, PLC0415
     from app.views.tube_images import prepare  # noqa: PLC0415
 
     with tempfile.TemporaryDirectory() as folder:
-        run_loaded(loads(PROTOCOL), Path(folder) / "run", lambda _share, _text: None, draw=None)
+        run_protocol(loads(PROTOCOL), Path(folder) / "run", draw=None)
     prepare()
     gc.collect()
     gc.freeze()  # pages that the collector does not touch stay shared

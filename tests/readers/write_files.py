@@ -11,7 +11,7 @@ from pathlib import Path
 
 from app.records.export import export_log
 from app.records.reader import RunReader
-from app.runs.use_cases import run_loaded
+from app.runs.use_cases import run_protocol
 from app.schemas import loads
 from rigs.logs.catalogue import LOGS
 from rigs.logs.locales import LOCALES
@@ -77,7 +77,7 @@ steps:
 def run(text: str, folder: Path) -> RunReader:
     """Do a test as the command line does, but for its plots, and return its record."""
     loaded = loads(text)
-    run_loaded(loaded, folder / loaded.protocol.name, lambda _share, _text: None, exact=True, draw=None)
+    run_protocol(loaded, folder / loaded.protocol.name, exact=True, draw=None)
     return RunReader(folder / loaded.protocol.name / "run.h5")
 
 

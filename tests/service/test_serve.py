@@ -14,7 +14,7 @@ import sqlalchemy as sa
 
 from app.cli.main import main
 from app.client import Client, UnreachableError
-from app.runs.use_cases import run_loaded
+from app.runs.use_cases import run_protocol
 from app.schemas import loads
 from app.service.errors import ServiceError
 from app.service.jobs import JobSpec
@@ -67,7 +67,7 @@ def test_a_submitted_test_logs_what_a_run_logs(service: str, tmp_path: Path) -> 
     job = json.loads(said.stdout)
     assert (job["state"], job["end"], job["name"]) == ("succeeded", "target", "quick")
     assert job["progress"]["share"] == 1.0
-    run = run_loaded(loads(QUICK), tmp_path / "here", lambda _share, _text: None, draw=None)
+    run = run_protocol(loads(QUICK), tmp_path / "here", draw=None)
     log = (run.folder / "quick.csv").read_bytes()
     assert len(log.splitlines()) > 50
     assert [Path(path).name for path in job["files"]] == ["quick.csv"]
