@@ -1,8 +1,9 @@
-"""Say which version of a package is installed."""
+"""Versions of installed packages."""
 
 from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
+from typing import Final
 
 
 def version_of(package: str) -> str:
@@ -11,3 +12,7 @@ def version_of(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "not installed"
+
+
+__version__: Final = version_of("knitlab")
+"""Version of knitlab itself."""

@@ -18,6 +18,7 @@ from app.records.stored_log import read_logs
 from app.records.vtkhdf import read_frames
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
+from rigs.analysis.cycles import effective_strain
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.axes import AXES
 from rigs.instruments.samples import thinned
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigs.axes import FloatArray, IntArray
+    from rigs.axes import Axis, FloatArray, IntArray
     from rigs.instruments.samples import Samples, Table
     from rigs.record import Frame
 
@@ -114,6 +115,14 @@ class RunReader:
     def samples(self) -> dict[str, Samples]:
         """Return what the instruments logged, for show."""
         return {name: thinned(log, MOST_SHOWN) for name, log in self.logs.items()}
+
+    def force(self, axis: Axis) -> FloatArray:
+        """Return the force of an axis at every equilibrium [N], (n,), from the specimen as mounted."""
+        return self.trace.columns[f"force_{axis}"]
+
+    def strain(self, axis: Axis) -> FloatArray:
+        """Return the effective strain of an axis at every equilibrium [1], (n,), from the specimen as mounted."""
+        return effective_strain(self.trace.columns[f"displacement_{axis}"], self.size.extents[axis])
 
     def frames(self) -> tuple[Frame, ...]:
         """Return the shapes that were kept, in the order of time."""

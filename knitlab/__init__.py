@@ -1,0 +1,226 @@
+"""A virtual test lab for 3D-printed knits, from Python.
+
+Build a protocol, check it without physics, run it, and read the equilibria of its record; SI units throughout:
+
+>>> import knitlab as kl
+>>> specimen = kl.SpecimenSpec(
+...     knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM", nodes_per_loop=32
+... )
+>>> stretch = kl.Ramp(axes=("C", "W"), to=kl.Target(kind="strain", value=0.05), rate=2e-4)
+>>> test = kl.Protocol(specimen=specimen, others="hold", steps=(kl.Zero(), stretch))
+>>> kl.check(test).warnings
+[]
+>>> result = kl.run(test, "runs/first", draw=None)
+>>> result.outcome
+'target'
+>>> run = kl.open_run(result.folder)
+>>> strain, force = run.strain("C"), run.force("C")
+>>> f"{len(force)} equilibria, to a strain of {strain[-1]:.3f}"
+'5 equilibria, to a strain of 0.050'
+
+protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Repeat, UntilRupture, Image;
+           Target, Until, Bound, StrainRate, ForceRate, StepLog
+specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Value, RelaxationTerm; materials
+files      load, loads, to_yaml, parse_quantity
+tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
+records    open_run gives a RunReader; figures
+service    Client
+errors     KnitlabError and its children; RunStoppedError
+
+Each name has a line and an example in ``docs/python.md``. This module defines nothing of its own. A name is imported
+when it is first used, so that ``import knitlab`` loads neither NumPy nor any other library.
+"""
+
+from __future__ import annotations
+
+import sys
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Final
+
+from knitlab_entry import require_own
+
+require_own()
+
+# Sets the threads of BLAS, which show in the last bits of a run, before NumPy is imported.
+import app  # noqa: E402, F401
+
+if TYPE_CHECKING:
+    from app.checks.dry_run import Plan
+    from app.checks.dry_run import dry_run as check
+    from app.client import Client
+    from app.records.reader import RunReader
+    from app.records.reader import read_run as open_run
+    from app.records.results import figures_of as figures
+    from app.runs.runner import RunResult
+    from app.runs.stopped import RunStoppedError
+    from app.runs.sweeps import SweepResult
+    from app.runs.sweeps import run_sweep as sweep
+    from app.runs.use_cases import resume_run as resume
+    from app.runs.use_cases import run_protocol as run
+    from app.schemas import Loaded, load, loads, to_yaml
+    from app.schemas.errors import ProtocolError
+    from app.schemas.material_files import known_materials as materials
+    from app.schemas.units import parse as parse_quantity
+    from app.service.errors import ServiceError, UnreachableError
+    from app.version import __version__
+    from knitlab_core.contact.bond_law import BondLaw
+    from knitlab_core.errors import (
+        ConvergenceError,
+        FormatError,
+        GeometryError,
+        KnitlabError,
+        SolverError,
+        SpecificationError,
+        UnitError,
+    )
+    from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn
+    from knitlab_core.materials import Material, RelaxationTerm, Value
+    from rigs.protocol.protocol import (
+        Cycle,
+        ForceRate,
+        Hold,
+        Image,
+        LogSpec,
+        Preload,
+        Protocol,
+        Ramp,
+        Repeat,
+        SpecimenSpec,
+        StepLog,
+        StrainRate,
+        Target,
+        Until,
+        UntilRupture,
+        Zero,
+    )
+    from rigs.protocol.targets import Bound
+
+__all__ = [
+    "BondLaw",
+    "Bound",
+    "Client",
+    "ConvergenceError",
+    "Cycle",
+    "Filament",
+    "ForceRate",
+    "FormatError",
+    "GeometryError",
+    "Hold",
+    "Image",
+    "KnitlabError",
+    "Loaded",
+    "LogSpec",
+    "Material",
+    "Plan",
+    "Preload",
+    "Protocol",
+    "ProtocolError",
+    "Ramp",
+    "RelaxationTerm",
+    "Repeat",
+    "RunReader",
+    "RunResult",
+    "RunStoppedError",
+    "ServiceError",
+    "SolverError",
+    "SpecificationError",
+    "SpecimenSpec",
+    "StepLog",
+    "Stitch",
+    "StrainRate",
+    "SweepResult",
+    "Target",
+    "UnitError",
+    "UnreachableError",
+    "Until",
+    "UntilRupture",
+    "Value",
+    "VolumetricStitch",
+    "Yarn",
+    "Zero",
+    "__version__",
+    "check",
+    "figures",
+    "load",
+    "loads",
+    "materials",
+    "open_run",
+    "parse_quantity",
+    "resume",
+    "run",
+    "sweep",
+    "to_yaml",
+]
+
+# Where each name is imported from when it is first used; a test compares this with the imports for type checkers.
+_HOMES: Final = {
+    "BondLaw": "knitlab_core.contact.bond_law:BondLaw",
+    "Bound": "rigs.protocol.targets:Bound",
+    "Client": "app.client:Client",
+    "ConvergenceError": "knitlab_core.errors:ConvergenceError",
+    "Cycle": "rigs.protocol.protocol:Cycle",
+    "Filament": "knitlab_core.knits:Filament",
+    "ForceRate": "rigs.protocol.protocol:ForceRate",
+    "FormatError": "knitlab_core.errors:FormatError",
+    "GeometryError": "knitlab_core.errors:GeometryError",
+    "Hold": "rigs.protocol.protocol:Hold",
+    "Image": "rigs.protocol.protocol:Image",
+    "KnitlabError": "knitlab_core.errors:KnitlabError",
+    "Loaded": "app.schemas:Loaded",
+    "LogSpec": "rigs.protocol.protocol:LogSpec",
+    "Material": "knitlab_core.materials:Material",
+    "Plan": "app.checks.dry_run:Plan",
+    "Preload": "rigs.protocol.protocol:Preload",
+    "Protocol": "rigs.protocol.protocol:Protocol",
+    "ProtocolError": "app.schemas.errors:ProtocolError",
+    "Ramp": "rigs.protocol.protocol:Ramp",
+    "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
+    "Repeat": "rigs.protocol.protocol:Repeat",
+    "RunReader": "app.records.reader:RunReader",
+    "RunResult": "app.runs.runner:RunResult",
+    "RunStoppedError": "app.runs.stopped:RunStoppedError",
+    "ServiceError": "app.service.errors:ServiceError",
+    "SolverError": "knitlab_core.errors:SolverError",
+    "SpecificationError": "knitlab_core.errors:SpecificationError",
+    "SpecimenSpec": "rigs.protocol.protocol:SpecimenSpec",
+    "StepLog": "rigs.protocol.protocol:StepLog",
+    "Stitch": "knitlab_core.knits:Stitch",
+    "StrainRate": "rigs.protocol.protocol:StrainRate",
+    "SweepResult": "app.runs.sweeps:SweepResult",
+    "Target": "rigs.protocol.protocol:Target",
+    "UnitError": "knitlab_core.errors:UnitError",
+    "UnreachableError": "app.service.errors:UnreachableError",
+    "Until": "rigs.protocol.protocol:Until",
+    "UntilRupture": "rigs.protocol.protocol:UntilRupture",
+    "Value": "knitlab_core.materials:Value",
+    "VolumetricStitch": "knitlab_core.knits:VolumetricStitch",
+    "Yarn": "knitlab_core.knits:Yarn",
+    "Zero": "rigs.protocol.protocol:Zero",
+    "__version__": "app.version:__version__",
+    "check": "app.checks.dry_run:dry_run",
+    "figures": "app.records.results:figures_of",
+    "load": "app.schemas:load",
+    "loads": "app.schemas:loads",
+    "materials": "app.schemas.material_files:known_materials",
+    "open_run": "app.records.reader:read_run",
+    "parse_quantity": "app.schemas.units:parse",
+    "resume": "app.runs.use_cases:resume_run",
+    "run": "app.runs.use_cases:run_protocol",
+    "sweep": "app.runs.sweeps:run_sweep",
+    "to_yaml": "app.schemas:to_yaml",
+}
+
+
+if not TYPE_CHECKING:  # or type checkers would take every name for one of the module's
+
+    def __getattr__(name: str) -> object:
+        """Import a name of `__all__` when it is first used."""
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
+        globals()[name] = found = resolve_name(_HOMES[name])
+        return found
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(__all__)
