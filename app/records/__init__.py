@@ -1,1 +1,1 @@
-"""A run on the disk: layout, writer, reader, checkpoint, lock, checks against damage, export."""
+"""Files of a run on disk: layout, writer, reader, checkpoint, lock, integrity checks, export."""

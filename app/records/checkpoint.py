@@ -1,4 +1,4 @@
-"""Keep checkpoints of a run beside its record, so that a killed run goes on to the same rows.
+"""Checkpoints of a run, written beside its record, from which a killed run resumes with the same rows.
 
 A checkpoint is whole or not there: it is written under another name, brought to the disk, then renamed. The rows that
 it counts are on the disk before it is.
@@ -50,7 +50,7 @@ Facts: TypeAlias = "Mapping[str, str | int | float]"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """Say what a run is of.
+    """Identity of a run: its protocol and the versions and numbers that it was started with.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Saved:
-    """Hold a checkpoint and how far the record of its run was.
+    """A checkpoint as read from disk, with the lengths of its record at that time.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Saved:
 
 @dataclass(slots=True, kw_only=True)
 class Keeper:
-    """Write checkpoints as a run goes on, the first at once.
+    """Writer of checkpoints during a run; the first one is written at once.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class Keeper:
 
 
 def save(path: Path, saved: Saved) -> None:
-    """Write a checkpoint, all of it or nothing."""
+    """Write a checkpoint atomically."""
     cursor = asdict(saved.checkpoint.cursor)
     zeroings = [{"time": one.time, "kinds": sorted(one.kinds)} for one in saved.zeroings]
     plain = {
@@ -195,7 +195,7 @@ def _cursor(plain: dict[str, Any]) -> ResumePoint:
 
 
 def require_same(path: Path, then: Facts, now: Facts) -> None:
-    """Raise unless a run can go on with what there is now: the same versions and numbers.
+    """Raise unless versions and numbers are those that the run was started with.
 
     Raises
     ------

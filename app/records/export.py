@@ -1,4 +1,4 @@
-"""Export a run's log in the dialect of an instrument: a view of ``run.h5``, made again at any time."""
+"""Export of a run's log in the dialect of an instrument; it is computed from ``run.h5`` and can be repeated."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def export_run(
     place: Path, *, dialect: str | None = None, locale: str = "en", units: str | None = None, out: Path | None = None
 ) -> tuple[Path, ...]:
-    """Write the logs of a run again.
+    """Write the logs of a run, in its own or in chosen dialects.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def export_run(
 
 
 def _units(text: str | None) -> dict[str, str]:
-    """Return units by quantity, as ``force=mN,length=um`` says them."""
+    """Parse units by quantity, as ``force=mN,length=um`` gives them."""
     wanted = {}
     for part in [] if text is None else text.split(","):
         quantity, equals, unit = part.strip().partition("=")
@@ -76,14 +76,14 @@ def _units(text: str | None) -> dict[str, str]:
 
 
 def export_logs(run: RunReader, folder: Path) -> tuple[Path, ...]:
-    """Write the log of every instrument of a run in its own dialect, under the names that it gives its files."""
+    """Write the log of every instrument of a run in its own dialect, under the instrument's file names."""
     return tuple(export_log(run, folder, dialect) for dialect in defaults(samples_of(run)))
 
 
 def export_log(
     run: RunReader, folder: Path, dialect: str, *, locale: str = "en", units: Mapping[str, str] | None = None
 ) -> Path:
-    """Write the log of one instrument of a run, where the instrument would put it.
+    """Write the log of one instrument of a run, at the path where the instrument would write it.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def _written(log: Log, test: Logged, path: Path) -> Path:
 
 
 def logged(run: RunReader) -> Logged:
-    """Return a run as its logs see it.
+    """Return the data of a run that its logs are written from.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Make run folders that overwrite nothing, and files that are whole or not there."""
+"""Run folders that never overwrite another run, and files that are written atomically."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def make_run_folder(wanted: Path) -> Path:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Lend a name to write to; the file takes its real name when the block ends well.
+    """Yield a temporary path; the file gets its real name when the block succeeds.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _temporary_file(path: Path) -> Iterator[Path]:
-    """Lend a file of another name in a folder, and give it the real one when the block ends well."""
+    """Yield a temporary path in a folder; the file gets its real name when the block succeeds."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{_UNFINISHED}{path.stem}-", suffix=path.suffix)
     os.close(handle)
     temporary = Path(name)
@@ -90,13 +90,13 @@ def _temporary_file(path: Path) -> Iterator[Path]:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a process left half-written that was killed; call where no other is at work in the folder."""
+    """Remove temporary files of a killed process; to be called while no process writes to the folder."""
     for path in folder.rglob(f"{_UNFINISHED}*"):
         path.unlink()
 
 
 def write_whole(path: Path, chunks: Iterable[bytes]) -> Path:
-    """Write a file from chunks, all of it or nothing.
+    """Write a file from chunks, atomically.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Open HDF5 files of ours to read; whatever is wrong with one is one line."""
+"""Opening of HDF5 files for reading; a damaged or foreign file is reported in one line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DAMAGED: Final = (
 
 @contextmanager
 def reading(path: Path, what: str, *, sealed: bool = True) -> Iterator[h5py.File]:
-    """Lend an HDF5 file to read.
+    """Open an HDF5 file for reading, as a context manager.
 
     Parameters
     ----------
@@ -61,5 +61,5 @@ def reading(path: Path, what: str, *, sealed: bool = True) -> Iterator[h5py.File
 
 
 def _first_line(error: BaseException) -> str:
-    """Return the first line of what an error says, or its name."""
+    """Return the first line of an error's message, or the name of its type."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__

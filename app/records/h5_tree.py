@@ -1,4 +1,4 @@
-"""Write a record of numbers and arrays as a group of HDF5, and read it back by its type.
+"""Dataclasses of numbers and arrays as HDF5 groups: written field by field, and read by their type.
 
 A record is a dataclass or a NamedTuple; its fields are numbers, arrays, tuples of whole numbers or such records. What
 is None is left out.
@@ -21,7 +21,7 @@ R = TypeVar("R")
 
 
 def store(group: h5py.Group, record: object) -> None:
-    """Write every field of a record into a group."""
+    """Write every field of a dataclass into a group."""
     for name in _names(type(record)):
         value = getattr(record, name)
         if _names(type(value)):
@@ -31,7 +31,7 @@ def store(group: h5py.Group, record: object) -> None:
 
 
 def fetch(group: h5py.Group, kind: type[R]) -> R:
-    """Read a record of a type from a group.
+    """Read a dataclass of a given type from a group.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _fetched(group: h5py.Group, name: str, hint: Any) -> object:  # noqa: ANN401
 
 
 def _names(kind: type) -> Sequence[str]:
-    """Return the names of a record's fields; nothing if it is none."""
+    """Return the names of a dataclass's fields; none for another object."""
     if is_dataclass(kind):
         return tuple(field.name for field in fields(kind))
     return getattr(kind, "_fields", ())

@@ -1,4 +1,4 @@
-"""Lay out ``run.h5``: every dataset and its unit, and how long what grows has grown."""
+"""Layout of ``run.h5``: datasets, their units, and the lengths of those that grow."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def make_record(
     wires: int = 0,
     limits: Sequence[MaterialLimit] = (),
 ) -> Path:
-    """Make the record of a run that has no row yet, all of it or nothing.
+    """Create the record of a run without rows, atomically.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def make_record(
 
 
 def lengths(file: h5py.File) -> dict[str, int]:
-    """Return the lengths of all that grows: datasets by their names, counts in attributes as ``group@count``."""
+    """Return the lengths of all growing datasets by name, and counters in attributes as ``group@count``."""
     found: dict[str, int] = {}
 
     def look(name: str, item: h5py.Dataset | h5py.Group) -> None:
@@ -141,14 +141,14 @@ def lengths(file: h5py.File) -> dict[str, int]:
 
 
 def reaches(path: Path, wanted: Mapping[str, int]) -> bool:
-    """Tell whether a record has at least the wanted lengths."""
+    """Tell whether a record has at least given lengths."""
     with reading(path, "the record of a run") as file:
         found = lengths(file)
     return all(found.get(name, 0) >= length for name, length in wanted.items())
 
 
 def cut(file: h5py.File, wanted: Mapping[str, int]) -> None:
-    """Drop what was written after everything that grows had the wanted lengths."""
+    """Truncate growing datasets to given lengths, dropping what was written later."""
     for name in lengths(file):
         place, _, count = name.partition("@")
         if count:
@@ -195,7 +195,7 @@ def _make_steps(file: h5py.File) -> None:
 
 
 def _make_limits(file: h5py.File, limits: Sequence[MaterialLimit], axes: Sequence[Axis]) -> None:
-    """Make one entry a limit; row -1 and nan stand for one that is not passed."""
+    """Create the table of material limits; row -1 and nan mean that a limit is not passed."""
     group, count = file.create_group("limits"), len(limits)
     text = h5py.string_dtype("utf-8")
     group.create_dataset("name", data=[limit.name for limit in limits], shape=(count,), dtype=text)

@@ -1,4 +1,4 @@
-"""Keep a run folder to one process. The system gives the lock back when the process ends, however it does."""
+"""Exclusive lock of a run folder. The system releases it when the process ends, also when it is killed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOCK: Final = "run.lock"
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold a run folder.
+    """Lock a run folder for this process, as a context manager.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def _take(handle: int) -> bool:
-    """Lock an open file, without waiting; tell whether it worked."""
+    """Lock an open file without waiting; tell whether that succeeded."""
     try:
         if sys.platform == "win32":
             import msvcrt  # noqa: PLC0415 (of one system only)

@@ -1,4 +1,4 @@
-"""Read ``run.h5`` back, whole or cut off."""
+"""Reader of ``run.h5``, also of a run that is going on or was killed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ WHAT: Final = "the record of a run"
 
 
 class RunReader:
-    """Hold what a run left behind, even one that was killed.
+    """Contents of ``run.h5``, also of a run that was killed.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class RunReader:
 
     @cached_property
     def samples(self) -> dict[str, Samples]:
-        """Return what the instruments logged, for show."""
+        """Return what the instruments logged, thinned for plots."""
         return {name: thinned(log, MOST_SHOWN) for name, log in self.logs.items()}
 
     def force(self, axis: Axis) -> FloatArray:
@@ -125,7 +125,7 @@ class RunReader:
         return effective_strain(self.trace.columns[f"displacement_{axis}"], self.size.extents[axis])
 
     def frames(self) -> tuple[Frame, ...]:
-        """Return the shapes that were kept, in the order of time."""
+        """Return the stored shapes of the knit, in the order of time."""
         with reading(self.path, WHAT) as file:
             return read_frames(file, self.tags)
 
@@ -183,12 +183,12 @@ def read_run(path: Path | str) -> RunReader:
 
 
 def _rows(columns: dict[str, FloatArray]) -> int:
-    """Return the rows that every column has: a killed run may lack some of the last one."""
+    """Return the number of rows that every column has; after a kill the last row may be incomplete."""
     return min(len(column) for column in columns.values())
 
 
 def _as_far(steps: tuple[StepRecord, ...], trace: Trace) -> tuple[StepRecord, ...]:
-    """Return steps of which the one that was under way, if any, ends at the last row and says so."""
+    """Return the steps; one that was interrupted ends at the last row and says so."""
     if not steps or steps[-1].end != "abort" or not len(trace):
         return steps
     last = steps[-1]
@@ -205,7 +205,7 @@ def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
 
 
 def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
-    """Return the limits that were passed."""
+    """Return the material limits that were passed, and where."""
     if "limits" not in file:
         return ()
     raw = {name: column[()] for name, column in file["limits"].items()}
@@ -227,7 +227,7 @@ def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:
     end = group.attrs["end"].decode()
     if end in ENDS:
-        # Records of before 2026-12 do not say what came to no row.
+        # Records from before 2026-12 lack the cost of searches without a row.
         iterations, factorisations, seconds = (float(group.attrs.get(name, 0.0)) for name in UNFINISHED)
         unfinished = Cost(round(iterations), round(factorisations), seconds)
         return Outcome(end=end, message=group.attrs["message"].decode(), unfinished=unfinished)

@@ -1,4 +1,4 @@
-"""Work out the figures that stand at the end of a test, from its equilibria."""
+"""Figures of a test, such as moduli, loop areas and cost, computed from its equilibria."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def run_figures(
     protocol: Protocol | None = None,
     unfinished: Cost = NOTHING,
 ) -> tuple[Figure, ...]:
-    """Return the figures of a run: stresses and loops of every cycle, then what it cost and how well it closed.
+    """Return the figures of a run: stresses and loops of every cycle, cost, energy balance.
 
     Where the protocol has steps `cycle`, theirs alone are the cycles, each counted from the start of its step, on the
     axes that it drives.
@@ -81,7 +81,7 @@ def run_figures(
 
 
 def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, ...]:
-    """Return the figures of a run; its wall time, if among them, is that from its start to its last file [s]."""
+    """Return the figures of a run with the wall time from its start to its last file [s]."""
     return tuple((name, seconds if name == WALL_TIME else value, unit) for name, value, unit in figures)
 
 
@@ -92,7 +92,7 @@ def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> 
 
 
 def energy_balance_error(trace: Trace) -> float:
-    """Return how far work done and energy stored and dissipated part, relative to the largest work done [1]."""
+    """Return the difference of external work and stored and dissipated energy over the largest work [1]."""
     columns = trace.columns
     kept = np.sum([columns[name] for name in (*STORED, *LOST)], axis=0)
     work = columns["external_work"]
@@ -103,12 +103,12 @@ def energy_balance_error(trace: Trace) -> float:
 
 
 def protocol_of(run: RunReader) -> Protocol:
-    """Return the test of a record."""
+    """Return the protocol of a record."""
     return loads(run.protocol, str(run.path), materials=run.materials).protocol
 
 
 def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
-    """Return when channels were set to zero in a run."""
+    """Return when channels were zeroed in a run."""
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.tares))
@@ -118,7 +118,7 @@ def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
 
 
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
-    """Return the figures of a run that is over, or was cut off; its wall time is not known."""
+    """Return the figures of a run from its record, which does not hold the wall time."""
     protocol = protocol_of(run)
     return run_figures(
         run.trace,
@@ -144,7 +144,7 @@ def _mechanics(
         if not len(rows):
             continue
         rows = np.concatenate([rows[:1] - 1, rows]) if rows[0] > 0 else rows
-        # The row before belongs to the step before, but the first cycle sets out from it.
+        # The first cycle starts at the last row of the step before.
         phase = ["Zero", *(trace.phase[row] for row in rows[1:])]
         number = cycle[rows] - cycle[rows[1:]].min() + 1
         name = "" if len(cycling) == 1 else f", {leaf.step.tag or leaf.place}"
@@ -156,7 +156,7 @@ def _mechanics(
 
 
 def _of_cycles(axis: Axis, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
-    """Yield the figures of some cycles of an axis; a name tells their step from others."""
+    """Yield the figures of the cycles of an axis; a name distinguishes the steps of several."""
     for figures in cycles:
         where = f"{axis}{name}, cycle {figures.cycle}"
         for level, value in figures.stress.items():

@@ -1,4 +1,4 @@
-"""Check the equilibria of ``run.h5`` row by row: what a power cut or a bad disk made of a row shows.
+"""Checksums of the rows of ``run.h5``, which show damage by power cuts and bad disks.
 
 HDF5's own checksums are of chunks of thousands of rows, and a kill in the middle of one would cost all of them.
 """
@@ -25,7 +25,7 @@ _UNCHECKED: Final = frozenset({CHECKSUM, "tag", "seconds"})
 
 
 def checked(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the columns that count, in order."""
+    """Return the columns that enter the checksum, in order."""
     return tuple(sorted(set(names) - _UNCHECKED))
 
 
@@ -35,7 +35,7 @@ def row_checksum(numbers: FloatArray, tag: str | None) -> int:
 
 
 def good_rows(columns: Mapping[str, FloatArray], tags: Sequence[str | None]) -> npt.NDArray[np.bool_]:
-    """Return which rows are as they were written, (n,) bool; all where the record has no checksums."""
+    """Return which rows match their checksums, (n,) bool; all rows if the record has no checksums."""
     if CHECKSUM not in columns:
         return np.ones(len(tags), dtype=bool)
     table = np.column_stack([columns[name][: len(tags)] for name in checked(columns)]).astype("<f8")

@@ -1,4 +1,4 @@
-"""What the instruments of a run logged, also where it was cut off before its log was made."""
+"""Samples of a run's instruments, also of a run that was interrupted before its log was written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def samples_of(run: RunReader) -> Mapping[str, Table]:
-    """Return what each instrument logged, up to the last row of a run that was cut off; nothing if it has no row.
+    """Return the samples of each instrument, up to the last row of an interrupted run; none without rows.
 
     Raises
     ------
@@ -40,6 +40,6 @@ def samples_of(run: RunReader) -> Mapping[str, Table]:
 
 
 def _whole(log: Table, run: RunReader) -> bool:
-    """Tell whether a log reaches the last row of its run, to a sample."""
+    """Tell whether a log reaches the last row of its run, within one sample."""
     last = log.part(max(len(log) - 2, 0), len(log)).true_time
     return len(last) > 1 and float(run.trace.columns["time"][-1] - last[-1]) < 1.5 * float(last[-1] - last[0])

@@ -1,4 +1,4 @@
-"""Seal files that are complete: a digest of all their bytes behind the last one, where HDF5 does not look.
+"""Seals of complete files: a digest of all bytes after the last one, which HDF5 ignores.
 
 A program that opens a sealed HDF5 file to change it cuts the seal off as it closes the file. So what does not match a
 seal was damaged, and what has none is still being written, was cut off or was changed on purpose.
@@ -24,7 +24,7 @@ _PIECE: Final = 2**20
 
 
 def seal_of(pieces: Iterable[bytes | memoryview]) -> bytes:
-    """Return the seal of the bytes of a file."""
+    """Return the seal for the bytes of a file."""
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for piece in pieces:
         digest.update(piece)
@@ -32,7 +32,7 @@ def seal_of(pieces: Iterable[bytes | memoryview]) -> bytes:
 
 
 def pieces_of(path: Path, size: int) -> Iterable[bytes]:
-    """Yield the first bytes of a file, so many."""
+    """Yield the first bytes of a file, piece by piece."""
     with path.open("rb") as file:
         while size > 0 and (piece := file.read(min(_PIECE, size))):
             size -= len(piece)
@@ -40,7 +40,7 @@ def pieces_of(path: Path, size: int) -> Iterable[bytes]:
 
 
 def seal(path: Path) -> None:
-    """Seal a file that has no seal; one that finds no room is left as it was."""
+    """Seal a file that has no seal; without room on the disk the file stays as it was."""
     size = path.stat().st_size
     mark = seal_of(pieces_of(path, size))
     with path.open("ab", buffering=0) as file:
@@ -63,7 +63,7 @@ def sealed_size(path: Path) -> int | None:
 
 
 def require_intact(path: Path, what: str) -> None:
-    """Raise if a sealed file is not what was sealed.
+    """Raise if a sealed file was changed after it was sealed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Let HDF5 write to memory first, and bring its writes to the disk so that a disk that fails leaves the file whole.
+"""HDF5 files whose changes are staged in memory and committed to disk, so that a disk fault leaves the file whole.
 
 HDF5 does not survive a write that fails: its file is torn, and the process dies of SIGSEGV when it lets go of it. So it
 writes to a `StagedFile`, which never fails, and `commit` brings to the disk what has been written since the last one:
@@ -29,7 +29,7 @@ _PIECE: Final = 2**20
 
 
 class StagedFile:
-    """A file as `h5py.File` takes it, whose changes are kept in memory until they are committed.
+    """A file object for `h5py.File` whose changes are kept in memory until they are committed.
 
     Parameters
     ----------
@@ -39,36 +39,36 @@ class StagedFile:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("r+b", buffering=0)
-        self._stored = self._size = self._file.seek(0, io.SEEK_END)  # bytes on the disk that hold; bytes in all
+        self._stored = self._size = self._file.seek(0, io.SEEK_END)  # bytes committed to the disk; bytes in all
         self._position = 0
         self._staged: list[tuple[int, bytes]] = []
         self._bytes = 0
         self._full = False
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Move to an offset from the start, from here or from the end."""
+        """Move the position to an offset from the start, from the position or from the end."""
         self._position = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._position, io.SEEK_END: self._size}[whence]
         return self._position
 
     def tell(self) -> int:
-        """Return the offset from the start."""
+        """Return the position from the start [bytes]."""
         return self._position
 
     def read(self, size: int) -> bytes:
-        """Return so many bytes from here on, with all changes; zeros past the end."""
+        """Read bytes from the position, with staged changes; zeros past the end."""
         found = bytes(self._at(self._position, size))
         self._position += size
         return found
 
     def readinto(self, buffer: Buffer) -> int:
-        """Read bytes from here on, with all changes; zeros past the end."""
+        """Read bytes from the position into a buffer, with staged changes; zeros past the end."""
         view = memoryview(buffer).cast("B")
         view[:] = self._at(self._position, len(view))
         self._position += len(view)
         return len(view)
 
     def write(self, data: Buffer) -> int:
-        """Change bytes from here on, in memory."""
+        """Stage a change of bytes at the position."""
         piece = bytes(data)
         self._staged.append((self._position, piece))
         self._position += len(piece)
@@ -77,12 +77,12 @@ class StagedFile:
         if self._bytes > _SPILL and not self._full:
             try:
                 self.commit()
-            except OSError:  # HDF5 must not hear of it; the commit that its writer asks for says it
+            except OSError:  # HDF5 does not survive an error here; the next commit raises it
                 self._full = True
         return len(piece)
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the length, in memory."""
+        """Stage a change of the file's length."""
         self._size = self._position if size is None else size
         self._stored = min(self._stored, self._size)
         kept = [(offset, piece[: self._size - offset]) for offset, piece in self._staged if offset < self._size]
@@ -90,10 +90,10 @@ class StagedFile:
         return self._size
 
     def flush(self) -> None:
-        """Do nothing: what HDF5 flushes is not yet what may be on the disk."""
+        """Do nothing: HDF5 flushes more often than the file is consistent."""
 
     def commit(self) -> None:
-        """Bring all changes to the disk.
+        """Write all staged changes to the disk.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class StagedFile:
         return self._file.fileno()
 
     def close(self) -> None:
-        """Let go of the file; what was not committed is dropped."""
+        """Close the file; changes that were not committed are dropped."""
         self._staged.clear()
         self._file.close()
 
@@ -133,7 +133,7 @@ class StagedFile:
         self.close()
 
     def _at(self, offset: int, length: int) -> bytearray:
-        """Return bytes with all changes; zeros where there are none."""
+        """Return bytes with staged changes; zeros where there are none."""
         found = bytearray(length)
         if offset < self._stored:
             self._file.seek(offset)
@@ -155,7 +155,7 @@ class StagedFile:
 
 @contextmanager
 def new_hdf5(path: Path) -> Iterator[h5py.File]:
-    """Lend an empty HDF5 file to fill, in the place of an empty file; it is on the disk when the block ends well.
+    """Create an HDF5 file in the place of an empty file, as a context manager; it is written at the end.
 
     Raises
     ------

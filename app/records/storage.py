@@ -1,4 +1,4 @@
-"""Tell faults of the host's disks from faults of a test."""
+"""Detection of disk faults, such as a full or read-only disk, among errors of a run."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _FAULTS: Final = (*FULL, errno.EROFS, errno.EIO, errno.ESTALE)
 
 
 def fault_of(error: BaseException) -> int | None:
-    """Return the number of a fault of the host while files are read or written; None for any other error.
+    """Return the error number of a disk fault; None for any other error.
 
-    h5py says some numbers in words alone, and raises some of these errors as RuntimeError.
+    h5py gives some error numbers only in its text, and raises some of these errors as RuntimeError.
     """
     if not isinstance(error, OSError | RuntimeError):
         return None
@@ -27,5 +27,5 @@ def fault_of(error: BaseException) -> int | None:
 
 
 def is_unwritable(error: OSError) -> bool:
-    """Tell whether a file could not be written whoever asks; a user who may not is another matter."""
+    """Tell whether a file could not be written by any user; missing permission does not count."""
     return error.errno in _FAULTS

@@ -1,4 +1,4 @@
-"""Read what an instrument logged from ``run.h5``, part by part."""
+"""Logs of instruments in ``run.h5``, read part by part."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredLog:
-    """Hold where a log stands; its samples stay in the file until they are asked for.
+    """Log of an instrument whose samples stay in the file until they are read.
 
     Attributes
     ----------
@@ -63,14 +63,14 @@ class StoredLog:
             )
 
     def find(self, stamp: float) -> int:
-        """Return the number of the first sample that is not stamped before a stamp [s]."""
+        """Return the number of the first sample whose stamp is not before a given stamp [s]."""
         with reading(self.path, "the record of a run", sealed=False) as file:
             times = file["channels"][self.about.instrument]["Time"]
             return bisect_left(range(self.count), stamp, key=lambda number: float(times[number]))
 
 
 def read_logs(path: Path, channels: h5py.Group, tags: list[str], jumps: FloatArray) -> dict[str, StoredLog]:
-    """Return the logs of a record by the names of their instruments; those without a sample are left out.
+    """Return the logs of a record by instrument; instruments without a sample are left out.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def read_logs(path: Path, channels: h5py.Group, tags: list[str], jumps: FloatArr
 
 
 def _about(instrument: str, table: h5py.Group, names: tuple[str, ...], jumps: FloatArray) -> Samples:
-    """Return a log without a sample."""
+    """Return a log without samples."""
     none = {name: np.zeros(0) for name in names}
     return Samples(
         instrument=instrument,

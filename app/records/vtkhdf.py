@@ -1,4 +1,4 @@
-"""Keep the shapes of a run as VTKHDF: a PolyData of many time steps, which ParaView and VTK open.
+"""Shapes of a run as VTKHDF: a PolyData with time steps, which ParaView and VTK open.
 
 The yarn's edges are lines, listed once and shared by all steps. Every step appends `rows` to each growing dataset and
 is counted last, so that a file that was cut off anywhere holds whole steps.
@@ -36,7 +36,7 @@ TIMES: Final = "Steps/Values"
 
 
 def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int], wires: int = 0) -> None:
-    """Make the group of a knit that has no step yet.
+    """Create the group of a knit without time steps.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int], w
         group[f"{kind}/Offsets"] = 2 * np.arange(len(cells) + 1, dtype=np.int64)
     nodes, edges = sum(strands), len(lines)
     _grow(group, "Points", (nodes, 3), "f8", "m")
-    # What colours a line is only looked at: half the digits do.
+    # Values that only colour lines need single precision.
     _grow(group, "CellData/axial_strain", (edges,), "f4", "1")
     _grow(group, "CellData/bending_strain", (edges,), "f4", "1")
     _grow(group, "PointData/contact_force", (nodes,), "f4", "N")
@@ -79,7 +79,7 @@ def make_frames(file: h5py.File, axes: Sequence[Axis], strands: Sequence[int], w
 
 
 def _make_steps(group: h5py.Group) -> None:
-    """Make the table that says where each step's rows begin."""
+    """Create the table of offsets of each time step."""
     group.create_group("Steps").attrs["NSteps"] = 0
     _grow(group, TIMES, (1,), "f8", "s")
     for name in ("NumberOfParts", "PartOffsets", "PointOffsets"):
@@ -94,7 +94,7 @@ def _make_steps(group: h5py.Group) -> None:
 
 
 def _grow(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: str, unit: str | None = None) -> None:
-    """Make an empty dataset that grows by rows of a shape with every step."""
+    """Create an empty dataset that grows by rows with every time step."""
     rows, *tail = shape
     chunk = rows if rows > 1 else CHUNK
     # Where a step fills a chunk it is written once, and may carry HDF5's own checksum.
@@ -107,7 +107,7 @@ def _grow(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: str, unit
 
 
 def growing(group: h5py.Group) -> dict[str, h5py.Dataset]:
-    """Return the datasets that grow with every step, by the number of rows in their attribute `rows`."""
+    """Return the datasets that grow with every time step; their attribute `rows` counts the rows."""
     found: dict[str, h5py.Dataset] = {}
 
     def look(name: str, item: h5py.Dataset | h5py.Group) -> None:
@@ -119,7 +119,7 @@ def growing(group: h5py.Group) -> dict[str, h5py.Dataset]:
 
 
 class FrameWriter:
-    """Add steps to the frames of a record, whose datasets it looks up once.
+    """Writer of a record's time steps, whose datasets it looks up once.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class FrameWriter:
         self._steps = int(self._group["Steps"].attrs["NSteps"])
 
     def append(self, frame: Frame, image: int) -> None:
-        """Add a step.
+        """Append a time step.
 
         Parameters
         ----------
@@ -170,7 +170,7 @@ class FrameWriter:
         self._steps = step + 1
 
     def _place(self, name: str) -> tuple[tuple[int, ...] | int, int]:
-        """Return where step 0 has its rows of an array, or how large its field is, and the rise from step to step.
+        """Return the offset of step 0 in an array, or the size of its field, and the rise per step.
 
         Lines and parts are those of step 0.
         """
@@ -184,7 +184,7 @@ class FrameWriter:
 
 
 def _append(dataset: h5py.Dataset, step: int, rows: int, values: object) -> None:
-    """Write the rows of a step, without the looking up that h5py does for any index: it takes longer than writing."""
+    """Write the rows of a time step through HDF5's low-level interface, which is faster than h5py's indexing."""
     begin, shape = step * rows, (rows, *dataset.shape[1:])
     column = dataset.id
     column.set_extent((begin + rows, *shape[1:]))
@@ -195,7 +195,7 @@ def _append(dataset: h5py.Dataset, step: int, rows: int, values: object) -> None
 
 
 def count_frames(file: h5py.File) -> int:
-    """Return the number of whole steps."""
+    """Return the number of complete time steps."""
     group = file[GROUP]
     whole = (len(dataset) // int(dataset.attrs["rows"]) for dataset in growing(group).values())
     return min(int(group["Steps"].attrs["NSteps"]), *whole)
@@ -208,12 +208,12 @@ def read_frames(file: h5py.File, tags: Sequence[str]) -> tuple[Frame, ...]:
 
 
 def read_frame(file: h5py.File, step: int, tags: Sequence[str]) -> Frame:
-    """Return the shape at one step; `tags` are the names of ``/tags``."""
+    """Return the shape at one time step; `tags` are the names in ``/tags``."""
     return _frame_of(growing(file[GROUP]), step, tags)
 
 
 def _frame_of(columns: Mapping[str, h5py.Dataset], step: int, tags: Sequence[str]) -> Frame:
-    """Return the shape at one step of the datasets that grow with every step."""
+    """Return the shape at one time step from the growing datasets."""
 
     def part(name: str) -> FloatArray:
         rows = int(columns[name].attrs["rows"])
