@@ -1,1 +1,1 @@
-"""Carrying runs out: from a protocol, from a checkpoint, in sweeps."""
+"""Execution of runs: from a protocol, from a checkpoint, in sweeps."""

@@ -1,7 +1,7 @@
 """Compile a share of the kernels in a second process, while a first run compiles the others.
 
-``python -m app.runs.compile_ahead`` is that process. What it compiles reaches the first one through the cache on the
-disk.
+``python -m app.runs.compile_ahead`` is that process. What it compiles reaches the first process through the kernel
+cache on disk.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 @contextmanager
 def compiling_beside() -> Iterator[None]:
-    """Compile in a second process too, as long as the block lasts, where kernels are missing and that can help.
+    """Compile in a second process too while the block runs, if kernels are missing and that can help.
 
-    It cannot on one processor, where one thread is all that may be used, and where no cache can be kept.
+    It cannot help with one processor or thread, nor without a cache on disk.
     """
     wanted = CACHE_FOLDER is not None and thread_count() > 1 and cache_is_cold()
     process = beside.start("app.runs.compile_ahead") if wanted else None
@@ -33,7 +33,7 @@ def compiling_beside() -> Iterator[None]:
 
 
 def main() -> None:
-    """Compile, unless whoever runs the test is done before."""
+    """Compile kernels until this process is ended."""
     beside.listen()
     from knitlab_core.equilibrium.first_calls import call_search  # noqa: PLC0415 (so that the end is seen from now on)
 

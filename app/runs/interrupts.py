@@ -1,4 +1,4 @@
-"""Ctrl-C during a run: raised while the solver works, held back while files are written, and never lost.
+"""Ctrl-C during a run: raised while the solver works, delayed while files are written, and never lost.
 
 HDF5 calls back into Python to write a record; an exception there is printed and leaves the file torn. An exception in
 a finaliser, where the solver may be, is swallowed by Python. So the handler notes every interrupt, and raises
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 
 class Interrupts:
-    """The interrupts of a run: whether one is due, and whether it may be raised now."""
+    """Interrupts of a run: whether one is pending, and whether it may be raised now."""
 
     def __init__(self) -> None:
         self._due = self._open = False
 
     def note(self, *_: object) -> None:
-        """Note an interrupt, as the handler of SIGINT; raise it in a window."""
+        """Record an interrupt, as the handler of SIGINT; raise it inside a window."""
         self._due = True
         if self._open:
             raise KeyboardInterrupt
 
     def check(self) -> None:
-        """Raise an interrupt that is due, once."""
+        """Raise a pending interrupt, once."""
         if self._due:
             self._due = False
             raise KeyboardInterrupt
 
     @contextmanager
     def window(self) -> Iterator[None]:
-        """Raise an interrupt in this block, as soon as it comes; at its begin or end if one is due."""
+        """Allow interrupts in this block; one that is pending is raised at its begin or end."""
         self.check()
         self._open = True
         try:
@@ -52,9 +52,9 @@ class Interrupts:
 
 @contextmanager
 def interrupts_held() -> Iterator[Callable[[], AbstractContextManager[None]]]:
-    """Hold back interrupts; lend windows in which they are raised. What is still due is raised at the end.
+    """Delay interrupts; yield windows in which they are raised. A pending one is raised at the end.
 
-    Only where Python's own handler is at work: a thread, a service and whoever ignores SIGINT keep what they have.
+    Handlers other than Python's own stay, as in a service or where SIGINT is ignored; so do threads.
     """
     interrupts = Interrupts()
     main = threading.current_thread() is threading.main_thread()

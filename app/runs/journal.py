@@ -1,4 +1,4 @@
-"""Write a test down as it happens: rows, shapes, checkpoints, and how far it is."""
+"""Recording of a test while it runs: rows, shapes, checkpoints, progress."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TESTED: Final = 0.9
 
 @dataclass(slots=True, kw_only=True)
 class Journal:
-    """Write a test down as it happens, and remember what the end of it needs.
+    """Recorder of a test while it runs; it keeps what the end of the test needs.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Journal:
     window: Callable[[], AbstractContextManager[None]] = nullcontext
 
     def record(self, events: Iterator[Event]) -> Outcome:
-        """Write down every event; an interrupt ends the test and keeps them."""
+        """Record every event; an interrupt ends the test and keeps the events so far."""
         try:
             while True:
                 with self.window():
@@ -86,7 +86,7 @@ class Journal:
             return Outcome(end="abort", message=f"interrupted; {self.writer.rows} equilibria kept")
 
     def _show(self, row: Equilibrium) -> None:
-        """Show how far the test is."""
+        """Report the progress of the test."""
         strain = {axis: row.displacement[axis] / length for axis, length in self.gauges.items()}
         if self.watch is not None:
             self.watch(self.writer.rows - 1, row, strain)

@@ -1,4 +1,4 @@
-"""Say what a run was made with: versions, seed, and every number of material and rig with its source."""
+"""Provenance of a run: versions, seed, and every number of material and rig with its source."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PACKAGES: Final = ("knitlab", "numpy", "scipy", "numba", "h5py")
 
 
 def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> dict[str, str | int | float]:
-    """Return what a run was made with, flat: a number stands under its name, its unit and source under `name.source`.
+    """Return the provenance as a flat mapping: a number by its name, its unit and source as `name.source`.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
 
 
 def _given_pole_friction(friction: float | None) -> Iterator[Fact]:
-    """Yield the friction of the poles if the protocol gives it; else that of the machines holds."""
+    """Yield the pole friction of the protocol, if it gives one; otherwise that of the machines applies."""
     if friction is not None:
         yield from _sourced("pole_friction", Value(value=friction, unit="1", source="the protocol"))
 
 
 def _options(spec: SpecimenSpec) -> Iterator[Fact]:
-    """Yield what goes beyond elastic rods: every option, also the ones that are off, and the numbers of bonds."""
+    """Yield every option beyond elastic rods, also those that are off, and the numbers of bonds."""
     found = beyond_elastic(spec)
     for option in ("viscoelastic", "fused points", "rupture"):
         yield option.replace(" ", "_"), found.get(option, "off")
@@ -97,7 +97,7 @@ def _options(spec: SpecimenSpec) -> Iterator[Fact]:
 
 
 def _facts(name: str, part: object) -> Iterator[Fact]:
-    """Yield every number with a source that a dataclass or a tuple holds, however deep."""
+    """Yield every number with a source in a dataclass or tuple, recursively."""
     if isinstance(part, Datum | Value):
         yield from _sourced(name, part)
     elif is_dataclass(part):

@@ -1,4 +1,4 @@
-"""Carry out the test of one run folder, from the start or from a checkpoint, and publish what it gave."""
+"""Run of one folder's test, from its start or from a checkpoint, to its logs, plots and pictures."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def quiet(_share: float, _text: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """Say how a run ended and what it came to.
+    """How a run ended, and its figures.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class RunResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """Hold a test that is to be done.
+    """A test to run: its protocol, its folder, and who is told of its progress.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Task:
 def make_task(
     loaded: Loaded, folder: Path, began: float, progress: Progress, watch: Watch | None, *, draw: Draw | None
 ) -> Task:
-    """Say what a test is of: its protocol, and what there is to do it with."""
+    """Assemble a task with the identity of its run."""
     origin = Origin(
         name=loaded.protocol.name,
         protocol=loaded.text,
@@ -154,7 +154,7 @@ def mount_specimen(loaded: Loaded) -> tuple[Rig, State]:
 
 
 def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
-    """Do a test and write its record, ``run.h5``."""
+    """Run a test from its start and write its record, ``run.h5``."""
     protocol = task.loaded.protocol
     make_record(
         task.record,
@@ -173,7 +173,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
     )
-    # A checkpoint of before is none of the new record.
+    # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)
     with interrupts_held() as window, RunWriter(task.record) as writer:
         journal = _journal(task, rig, writer, window)
@@ -182,7 +182,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
 
 
 def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
-    """Return the nodes in the lower and in the upper load plate of a rig that has them."""
+    """Return the nodes in the lower and in the upper load plate; None on a rig without plates."""
     lower, upper = rig.grips.get("P", (None, None))
     if lower is None or upper is None or lower.pole is not None:
         return None
@@ -190,7 +190,7 @@ def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
 
 
 def resume(task: Task, saved: Saved) -> RunResult:
-    """Go on with a test from a checkpoint."""
+    """Resume a test from a checkpoint."""
     protocol, checkpoint = task.loaded.protocol, saved.checkpoint
     laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
     rig = restore(laid, checkpoint)
@@ -203,7 +203,7 @@ def resume(task: Task, saved: Saved) -> RunResult:
 
 
 def reopen(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None) -> RunResult:
-    """Return how a run ended; if it was killed while its log and pictures were made, make them again."""
+    """Return how an ended run ended; write its log and pictures if it was killed before they were complete."""
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
@@ -236,7 +236,7 @@ def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], Abstr
 
 
 def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> RunResult:
-    """Write a test down to its end, and what the instruments logged of it."""
+    """Record a test to its end, then the samples of its instruments."""
     outcome = _located(task.loaded, lambda: journal.record(events))
     protocol, record = task.loaded.protocol, RunReader(task.record)
     trace, log = record.trace, protocol.log
@@ -272,9 +272,9 @@ def _result(outcome: Outcome, folder: Path, figures: tuple[Figure, ...], record:
 
 
 def _published(task: Task, result: RunResult, done: float) -> RunResult:
-    """Write the views of a test; one that was not interrupted needs no checkpoint any more.
+    """Write the views of a test; the checkpoint is removed unless the test was interrupted.
 
-    The progress of one that was stays at the share that was done [1].
+    After an interrupt the progress stays at the share that was done [1].
     """
     progress = task.progress
     if result.outcome == "abort":
@@ -286,12 +286,12 @@ def _published(task: Task, result: RunResult, done: float) -> RunResult:
 
 
 def _stay(progress: Progress, done: float, share: float, text: str) -> None:
-    """Show what is being done after an interrupt at a share done [1]."""
+    """Report progress after an interrupt at a fixed share done [1]."""
     progress(done, "interrupted" if share >= 1.0 else text)
 
 
 def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
-    """Give a step that turns out impossible on the way its place in the file."""
+    """Give an error that a step raises during the test its place in the protocol file."""
     try:
         return test()
     except SpecificationError as error:
@@ -299,7 +299,7 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
 
 
 def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) -> None:
-    """Write the views of a record that has rows: the instruments' logs, the plot, the pictures."""
+    """Write the views of a record that has rows: logs, plot, pictures."""
     run = RunReader(folder / RECORD)
     if not len(run.trace):
         return
@@ -314,7 +314,7 @@ def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) 
 
 
 def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float, str], None]) -> tuple[Path, ...]:
-    """Render the images that the protocol took, if any, into their folder in the run's."""
+    """Render the microscope images that the protocol took, if any, into the run's folder."""
     if not any(frame.image is not None for frame in run.frames()):
         return ()
     from app.views.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)

@@ -1,4 +1,4 @@
-"""Report a run that a fault of the host's disk stopped: what it kept, and how it goes on."""
+"""Error of a run that a disk fault stopped: what was kept, and how to resume."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class RunStoppedError(OSError):
-    """Report that a run could not keep its files: which fault, what it kept in which folder, and how it goes on."""
+    """A run could not write its files: the fault, what its folder keeps, and how to resume."""
 
 
 @contextmanager
 def kept_in(folder: Path) -> Iterator[None]:
-    """Say of a fault of the host what the run in a folder has kept.
+    """Turn disk faults in this block into an error that says what the run's folder keeps.
 
     Raises
     ------
@@ -39,14 +39,14 @@ def kept_in(folder: Path) -> Iterator[None]:
 
 
 def _reason(number: int, error: BaseException, folder: Path) -> str:
-    """Return what happened, and to which file if it is known and one in the folder."""
+    """Return the fault, and the file it concerns if that is known and in the folder."""
     named = error.filename if isinstance(error, OSError) else None
     file = ".." if named is None else os.path.relpath(os.fsdecode(named), folder)
     return f"{'' if file.startswith('.') else f'{file}: '}{os.strerror(number).lower()}"
 
 
 def _kept(folder: Path) -> str:
-    """Return what there is of a run, and what to do about the rest."""
+    """Return what was recorded of a run, and how to get the rest."""
     go_on = f"when that is mended go on with: knitlab resume {folder}"
     try:
         run = RunReader(folder / RECORD)

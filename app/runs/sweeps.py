@@ -1,4 +1,4 @@
-"""Run every point of a sweep into a folder of its own, and put what came of them into one table and one plot."""
+"""Sweeps: every point run in a folder of its own, with one table and one plot of all."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _QUANTITY: Final = re.compile(r"[+-]?\.?\d[\d.]*(?:[eE][+-]?\d+)?\s*[A-Za-zµμ%
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointResult:
-    """Say how a point of a sweep ended.
+    """How one point of a sweep ended.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class PointResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepResult:
-    """Hold the points of a sweep in order, and the files that sum them up: table, curves, figures over parameters."""
+    """Results of a sweep: its points in order, and the table and plots of all."""
 
     points: tuple[PointResult, ...]
     table: Path
@@ -96,7 +96,7 @@ def run_sweep(
     jobs: int = 1,
     figures: Sequence[str] = (),
 ) -> SweepResult:
-    """Run all points of a sweep that are not done yet.
+    """Run all points of a sweep that have not been run.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def run_sweep(
     progress(count / len(swept), f"{count} of {len(swept)} points done before")
     for point, end in _run_all(path, out, todo, progress if jobs == 1 else quiet, jobs):
         if end == "abort":
-            # Who interrupts a point means the sweep.
+            # An interrupt of a point ends the sweep.
             break
         count += 1
         progress(count / len(swept), f"{point.label} done")
@@ -148,9 +148,9 @@ def run_sweep(
 
 
 def is_done(folder: Path, loaded: Loaded) -> bool:
-    """Tell whether a folder holds the whole run of a point.
+    """Tell whether a folder holds the finished run of a point.
 
-    What the point's protocol says decides, not its text or the name of its file: a sweep can be given more values.
+    Protocols are compared by content, not by text or file name, so that a sweep can be given more values.
 
     Raises
     ------
@@ -173,12 +173,12 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
 
 
 def _names_itself(loaded: Loaded) -> bool:
-    """Tell whether a protocol has a name of its own, and not that of its file."""
+    """Tell whether a protocol gives itself a name, instead of its file's."""
     return isinstance(loaded.document.data, dict) and loaded.document.data.get("name") is not None
 
 
 def _differences(one: object, other: object, place: Place = ()) -> Iterator[tuple[str, str, str]]:
-    """Yield where the data of two protocols differ, and what each says there."""
+    """Yield where the data of two protocols differ, with both values."""
     if isinstance(one, dict) and isinstance(other, dict):
         for name in dict.fromkeys([*one, *other]):
             yield from _differences(one.get(name), other.get(name), (*place, str(name)))
@@ -193,7 +193,7 @@ def _differences(one: object, other: object, place: Place = ()) -> Iterator[tupl
 def _run_all(
     path: Path, out: Path, todo: Sequence[Point], progress: Progress, jobs: int
 ) -> Iterator[tuple[Point, End]]:
-    """Run points, and yield each as it is done, with its end."""
+    """Run points, and yield each with its end."""
     if jobs == 1:
         for point in todo:
             yield point, _run_one(path, out / point.label, point, progress)
@@ -205,14 +205,14 @@ def _run_all(
 
 
 def _run_one(path: Path, folder: Path, point: Point, progress: Progress) -> End:
-    """Run one point into its folder, or go on with it where it was cut off."""
+    """Run one point in its folder, or resume it."""
     if (folder / RECORD).exists():
         return resume_run(folder, progress).outcome
     return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
 
 
 def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
-    """Return what a point came to, from its record."""
+    """Read the result of a point from its record."""
     run = RunReader(folder / RECORD)
     end, message = run.outcome.end, run.outcome.message
     return PointResult(
@@ -227,7 +227,7 @@ def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
 
 
 def _table(points: Sequence[PointResult]) -> str:
-    """Return a table of all points as CSV: values, how each ended, every figure that any has."""
+    """Return a table of all points as CSV: values, outcome, every figure of any."""
     names = list(dict.fromkeys(f"{name} [{unit}]" for point in points for name, _, unit in point.figures))
     text = io.StringIO()
     writer = csv.writer(text)
@@ -242,14 +242,14 @@ def _table(points: Sequence[PointResult]) -> str:
 
 
 def safe_cell(value: Scalar) -> Scalar:
-    """Return a value as a cell that no spreadsheet takes for a formula; a quantity below 0 is none."""
+    """Return a value as a cell that no spreadsheet evaluates as a formula; a negative quantity is none."""
     if not isinstance(value, str) or _QUANTITY.fullmatch(value):
         return value
     return f"'{value}" if unicodedata.normalize("NFKC", value).lstrip().startswith(("=", "+", "-", "@")) else value
 
 
 def _plot(points: Sequence[PointResult], path: Path) -> Path:
-    """Plot stress over strain of all points that have rows, one panel an axis, from dark to light."""
+    """Plot stress over strain of all points that have rows, one panel an axis, dark to light."""
     from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415
 

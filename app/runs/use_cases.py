@@ -1,4 +1,4 @@
-"""Do what the doors ask for: run a protocol into a run folder, go on with a run that was killed."""
+"""Entry points of command line, service and Python: run a protocol into a run folder, resume a run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FIRST_RUN: Final = (
 )
 
 EVERY_RUN: Final = "compiling the solver for this machine: takes about a minute\n"
-"""What is said where nothing can be kept."""
+"""Message where no cache can be kept."""
 
 
 def run_protocol(
@@ -107,7 +107,7 @@ def resume_run(
     draw: Draw | None = draw_here,
     began: float | None = None,
 ) -> RunResult:
-    """Go on with a run that was killed or interrupted, from its last checkpoint, to the rows it would have had.
+    """Resume a run that was killed or interrupted from its last checkpoint, with the same rows as an unbroken run.
 
     Without a checkpoint, or if the record was being written when the run was killed and cannot be read, it starts
     from the beginning in the same folder. A run that has ended is left as it is.
@@ -158,7 +158,7 @@ def resume_run(
 
 
 def has_ended(run: Path | str) -> Outcome | None:
-    """Return how a run ended; None if something of it is still to be done."""
+    """Return how a run ended; None if it can be resumed."""
     folder = _folder(run)
     if (folder / CHECKPOINT).exists():
         return None
@@ -174,7 +174,7 @@ def _folder(run: Path | str) -> Path:
 
 @contextmanager
 def _compiling() -> Iterator[None]:
-    """Say that the first run takes longer, and compile in two processes where that can help."""
+    """Announce that the first run compiles, and compile in two processes where that can help."""
     if cache_is_cold():
         sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)
     with compiling_beside():
@@ -182,7 +182,7 @@ def _compiling() -> Iterator[None]:
 
 
 def _exactly(folder: Path) -> Path:
-    """Make a folder, or take it as it is if there is no run in it, or one killed before its first row was whole."""
+    """Create a folder, or reuse one that holds no run with rows."""
     folder.mkdir(parents=True, exist_ok=True)
     found = (folder / CHECKPOINT).exists()
     with suppress(FileNotFoundError, FormatError):
@@ -194,7 +194,7 @@ def _exactly(folder: Path) -> Path:
 
 
 def _readable(path: Path, saved: Saved | None) -> RunReader | None:
-    """Open a record; None if it cannot be read, but its checkpoint says what it was of."""
+    """Open a record; None if it cannot be read but a checkpoint identifies its run."""
     try:
         return RunReader(path)
     except (FormatError, FileNotFoundError):
@@ -204,13 +204,13 @@ def _readable(path: Path, saved: Saved | None) -> RunReader | None:
 
 
 def _set_aside(path: Path) -> None:
-    """Rename a record that cannot be read, so that a run from the beginning does not take its place."""
+    """Rename a record that cannot be read, so that a new run does not overwrite it."""
     with suppress(FileNotFoundError):
         path.replace(path.with_name(f"damaged-{path.name}"))
 
 
 def _as_begun(path: Path, record: RunReader | None, saved: Saved | None) -> Loaded:
-    """Read the protocol of a run again."""
+    """Read the protocol that a run was started with."""
     if saved is not None:
         origin = saved.origin
         if record is not None and (record.protocol, record.materials) != (origin.protocol, origin.materials):
