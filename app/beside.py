@@ -1,4 +1,4 @@
-"""Start a process of our own beside this one; it ends when this one does, however that comes about."""
+"""A helper process of our own beside this one; it ends when this process ends, also when that is killed."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def import_path(environment: Mapping[str, str]) -> str:
 
 
 def start(module: str) -> subprocess.Popen[bytes] | None:
-    """Start a module that calls `listen`, with pipes to and from it; None where the system does not let us.
+    """Start a module that calls `listen`, with pipes to and from it; None where the system refuses.
 
-    Ctrl-C in a terminal does not reach it: what it does is wanted at the end of an interrupted run too.
+    Ctrl-C in a terminal does not reach it, since its result is needed after an interrupt too.
     """
     try:
         return subprocess.Popen(  # noqa: S603 (our own interpreter and module)
@@ -48,7 +48,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 
 def listen() -> Queue[bytes]:
-    """Return where the lines come that are sent to this process; it ends at once when there can be no more."""
+    """Return the stream of lines sent to this process; the process ends when that stream closes."""
     lines: Queue[bytes] = Queue()
 
     def pass_on() -> None:

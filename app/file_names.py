@@ -1,8 +1,9 @@
-"""Name files and folders after texts: safe on Linux, macOS and Windows, and two texts never share a name.
+"""Names of files and folders from texts: safe on Linux, macOS and Windows, and unique to the text.
 
-A text of letters and digits of any script, blanks and the signs ``. _ - = , +`` is its own name. In any other what a
-file system forbids becomes ``_``, and eight digits of the text's hash follow, so that texts which differ only in such
-signs keep apart. Names that differ in capitals alone are one on macOS and Windows: whoever makes a folder asks first.
+A text of letters and digits of any script, blanks and the signs ``. _ - = , +`` is used as it is. In any other text the
+characters that a file system forbids become ``_``, and eight digits of its hash follow, so that texts which differ only
+in such characters have different names. Names that differ only in capitals are the same on macOS and Windows; who
+creates a folder has to check that.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def file_stem(text: str) -> str:
     if _is_safe(plain) and not _HASHED.fullmatch(plain):
         return plain
     digits = hashlib.sha256(plain.encode("utf-8", "surrogatepass")).hexdigest()[:8]
-    # Windows takes `con.x` for a device too: no dot is kept.
+    # On Windows `con.x` is a device too, so no dot is kept.
     kept = "".join(sign if _is_kept(sign) and sign not in " ." else "_" for sign in plain)
     short = re.sub(r"^[\W_]+", "", re.sub("_+", "_", kept))[: MOST_SIGNS // 2]
     cut = short.encode()[: MOST_BYTES // 2].decode(errors="ignore").rstrip("_-=,+")
@@ -68,6 +69,6 @@ def _is_safe(text: str) -> bool:
 
 
 def _is_kept(sign: str) -> bool:
-    """Tell whether a sign may stand in a name: a letter, its marks, a digit, or one of few others."""
+    """Tell whether a character may be in a name: a letter, its marks, a digit, or one of few others."""
     letter = unicodedata.category(sign)[0] in "LMN" and not _UNSEEN.match(sign)
     return letter or sign in _SIGNS
