@@ -1,6 +1,6 @@
-"""Read and write protocols: the only place that parses what a user wrote.
+"""Reading and writing of protocols: the only place that parses what a user wrote.
 
-document  YAML to plain data that knows its places
+document  YAML to plain data with lines and columns
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
 defaults  what holds though a file does not say it
@@ -66,7 +66,7 @@ _UNNAMED = "test"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """Hold a protocol and the texts that say it again.
+    """A protocol with the text it came from and that of its materials.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Loaded:
         return self.resolved or self.document.text
 
     def one_test(self) -> Loaded:
-        """Return itself, if it is one test.
+        """Return this protocol if it is one test.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Loaded:
         raise ProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
 
     def locate(self, error: SpecificationError) -> ProtocolError:
-        """Return an error found later, with file, line and column of what it blames."""
+        """Return an error found later with file, line and column of the field it blames."""
         return locate(self.document, error)
 
 

@@ -1,4 +1,4 @@
-"""Be the ground that all models of a user's YAML stand on."""
+"""Base of all pydantic models of a user's YAML."""
 
 from typing import Final
 
@@ -9,6 +9,6 @@ BRANCH: Final = "|"
 
 
 class Model(BaseModel):
-    """Refuse unknown fields and silent conversions."""
+    """A model that refuses unknown fields and silent conversions."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)

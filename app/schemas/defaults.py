@@ -1,4 +1,4 @@
-"""Name the values that a protocol does not say, and that hold all the same."""
+"""Default values that a protocol takes without naming them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MESH: Final = frozenset({"mesh", "nodes_per_loop"})
 
 
 def defaults_of(model: ProtocolModel, protocol: Protocol) -> Mapping[str, str]:
-    """Return what was taken for fields that the file does not say, by their place: ``log.rate`` is ``10 Hz``.
+    """Return the defaults taken for fields that the file leaves out, by place: ``log.rate`` is ``10 Hz``.
 
     Parameters
     ----------

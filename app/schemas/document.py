@@ -1,4 +1,4 @@
-"""Read YAML as plain data that remembers where each value stood.
+"""YAML as plain data, with the line and column of each value.
 
 Only what a protocol needs: mappings, lists, text, numbers, true, false and null. No tags, one document,
 bounded size, depth and number of values (aliases counted each time they are used).
@@ -49,7 +49,7 @@ _TRUTH: Final = {"true": True, "True": True, "TRUE": True, "false": False, "Fals
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Document:
-    """Hold the data of a YAML text and the spots of its keys and values."""
+    """Data of a YAML text, with the line and column of its keys and values."""
 
     path: str
     text: str
@@ -58,7 +58,7 @@ class Document:
     values: Mapping[Place, Spot]
 
     def spot(self, place: Place, *, key: bool = False) -> Spot:
-        """Return where a value (or its key) stands; for one that is not there, its nearest parent."""
+        """Return line and column of a value (or its key); of a missing one, those of its nearest parent."""
         if key and place in self.keys:
             return self.keys[place]
         while place and place not in self.values:
@@ -108,13 +108,13 @@ def parse_text(text: str, path: str, kind: str = "protocol") -> Document:
         found = f"text that is not YAML ({error.problem})"
         raise ProtocolError(path, spot, kind, found, "YAML") from error
     except (YAMLError, ValueError) as error:
-        # What a reader says of a forbidden character runs over several lines; the first has the matter.
+        # The message about a forbidden character has several lines; the first one is enough.
         found = f"text that is not YAML ({str(error).partition(chr(10))[0]})"
         raise ProtocolError(path, Spot(line=1, column=1), kind, found, "YAML") from error
 
 
 class _Reader:
-    """Build data from the events of ruamel's parser, one document at a time."""
+    """Builder of data from the events of ruamel's parser, one document at a time."""
 
     def __init__(self, text: str, path: str, kind: str) -> None:
         self.text, self.path, self.kind = text, path, kind
@@ -139,14 +139,14 @@ class _Reader:
         return Document(path=self.path, text=self.text, data=data, keys=self.keys, values=self.values)
 
     def refuse(self, event: Event, place: Place, found: str, expected: str) -> ProtocolError:
-        """Return an error at an event."""
+        """Return an error at a parser event."""
         return ProtocolError(self.path, Spot.at(event.start_mark), dotted(place) or self.kind, found, expected)
 
     def value(self, event: Any, place: Place) -> Data:  # noqa: ANN401 (events share no typed attributes)
         """Return the value an event begins, and note its spot."""
         self.values[place] = Spot.at(event.start_mark)
         if isinstance(event, ScalarEvent) and not event.value and place in self.keys:
-            # The parser places a value that is left out at whatever comes next.
+            # The parser gives a missing value the place of the next token.
             self.values[place] = self.keys[place]
         if len(place) > MAX_DEPTH:
             raise self.refuse(event, place[:1], "deeper nesting", f"{MAX_DEPTH} levels or fewer")
@@ -166,7 +166,7 @@ class _Reader:
         return data
 
     def add(self, size: int, event: Event, place: Place) -> None:
-        """Count values; refuse a file that unfolds to too many."""
+        """Count values; refuse a file that expands to too many."""
         self.count += size
         if self.count > MAX_VALUES:
             raise self.refuse(event, place[:1], "more", f"{MAX_VALUES} values or fewer, aliases counted out")
@@ -219,7 +219,7 @@ def scalar(text: str) -> Data:
 
 
 def _is_label(place: Place) -> bool:
-    """Tell whether the value at a place is a text whatever it looks like; names of parameters are the user's own."""
+    """Tell whether the value at a place is always a text, whatever it looks like, such as a name."""
     return bool(place) and place[-1] in LABELS and place[0] not in {"params", "sweep"}
 
 

@@ -1,4 +1,4 @@
-"""Say where in a protocol file an error stands: file:line:column, as editors and compilers do."""
+"""Errors of a protocol file with their place, ``file:line:column``, as compilers write it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _T = TypeVar("_T")
 
 
 class Mark(Protocol):
-    """Be a place in a text, counted from 0."""
+    """A place in a text, counted from 0."""
 
     line: int
     column: int
@@ -25,7 +25,7 @@ class Mark(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spot:
-    """Be a place in a text, counted from 1."""
+    """A place in a text, counted from 1."""
 
     line: int
     column: int
@@ -37,7 +37,7 @@ class Spot:
 
 
 class ProtocolError(SpecificationError):
-    """Refuse a protocol at one spot of its file.
+    """A protocol file is wrong at one place.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class ProtocolError(SpecificationError):
         self.missing = missing
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Survive the way to another process."""
+        """Support pickling, for errors of other processes."""
         return (
             type(self),
             (self.path, self.spot, self.field, self.found, self.expected),
@@ -78,18 +78,18 @@ class ProtocolError(SpecificationError):
         """Return one line: ``file:line:column: field: found X, allowed Y``."""
         field = self.field if len(self.field) <= _LONGEST else f"{self.field[:_LONGEST]}..."
         line = f"{self.path}:{self.spot.line}:{self.spot.column}: {field}: found {self.found}, allowed {self.expected}"
-        # A terminal obeys control characters, and a file may hold any.
+        # Control characters of a file must not reach a terminal.
         return " ".join("".join(char if char.isprintable() else " " for char in line).split())
 
 
 class Faults:
-    """Collect what is wrong with several parts of a protocol, so that all of it is said at once."""
+    """Collector of the errors of several parts of a protocol, so that all are reported at once."""
 
     def __init__(self) -> None:
         self.found: list[SpecificationError] = []
 
     def of(self, make: Callable[[], _T], otherwise: _T) -> _T:
-        """Return what is made, or note what is wrong with it and return a stand-in for it."""
+        """Return a part, or record its error and return a substitute."""
         try:
             return make()
         except SpecificationError as error:
@@ -97,7 +97,7 @@ class Faults:
             return otherwise
 
     def raise_any(self) -> None:
-        """Raise what was found, if anything was."""
+        """Raise the errors that were recorded, if any."""
         raise_all(self.found)
 
 
@@ -140,7 +140,7 @@ def shown(value: object) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a question after the known name that one may mean, or nothing.
+    """Return a question that suggests the most similar known name; empty if none is similar.
 
     What begins as the name does goes before what has it for a word, and that before what is spelt much like it.
 
@@ -153,7 +153,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     folded = [option.casefold() for option in options]
     starting = [option for option, text in zip(options, folded, strict=True) if plain and text.startswith(plain)]
     worded = [option for option, text in zip(options, folded, strict=True) if plain in re.split(r"[\W_]+", text)]
-    # One or two letters begin many a name: they mean one only where no other begins so.
+    # One or two letters are a hint only if a single name starts with them.
     found = starting[:1] if len(plain) > 2 or len(starting) == 1 else []
     close = difflib.get_close_matches(plain, folded, n=1, cutoff=0.6)
     found += worded[:1] + [options[folded.index(text)] for text in close]

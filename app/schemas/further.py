@@ -1,4 +1,4 @@
-"""Find what is out of range in a protocol that has mistakes of form too, so that one look shows all of them."""
+"""Range checks of a protocol that also has errors of form, so that all are reported at once."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def further_errors(
     else:
         return []
     stood_in = [*fields, *(_BY_RIG if rigless else ()), *(_BY_KNIT if knitless else ())]
-    # Materials of the file are not at hand here.
+    # The materials of the file have not been read here.
     stood_in += BY_MATERIAL if "materials" in data else ()
     for one in every:
         one.more = ()
@@ -72,7 +72,7 @@ def further_errors(
 
 
 def _mended(data: dict[str, Data], fields: Sequence[str], *, rigless: bool) -> Data:
-    """Return data of the right form: what has mistakes is left out, or something else stands in for it."""
+    """Return data of the right form: parts with errors are left out or substituted."""
     specimen = _good(data.get("specimen"), fields, "specimen.")
     if "knit" not in specimen:
         specimen.pop("loops", None)
@@ -91,17 +91,17 @@ def _mended(data: dict[str, Data], fields: Sequence[str], *, rigless: bool) -> D
 
 
 def _good(values: Data, fields: Sequence[str], within: str = "") -> dict[str, Data]:
-    """Return those values of a mapping that have no mistake of form."""
+    """Return the values of a mapping that have no error of form."""
     named = values if isinstance(values, dict) else {}
     return {key: value for key, value in named.items() if not any(is_within(field, within + key) for field in fields)}
 
 
 def _is_misspelt(field: str, found: Sequence[SpecificationError]) -> bool:
-    """Tell whether an unknown field is what is missing, spelt otherwise."""
+    """Tell whether an unknown field is a misspelling of one that is missing."""
     unknown = (error.field for error in found if error.found == "an unknown field")
     return any(nearest(one, [field]) for one in unknown)
 
 
 def is_within(field: str, part: str) -> bool:
-    """Tell whether a field is a part of a protocol, or lies in it."""
+    """Tell whether a field is a given part of a protocol, or inside it."""
     return field == part or field.startswith((f"{part}.", f"{part}["))

@@ -1,4 +1,4 @@
-"""Say which of the words that the protocol language knows are allowed in one protocol: on its rig, with its knit."""
+"""Words of the protocol language that one protocol's rig and knit allow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _AXES: Final[Mapping[str, Axis]] = MappingProxyType(
 
 
 def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
-    """Return those of the known words for a place that the protocol's rig and knit allow there.
+    """Return those of the known words for a place that the protocol's rig and knit allow.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _can_pull(rig: Arrangement, knit: Sequence[Axis]) -> bool:
 
 
 def _value(data: Data, *place: str) -> Data:
-    """Return what stands at a place of the file; None if nothing does."""
+    """Return the value at a place of the file; None if there is none."""
     for name in place:
         data = data.get(name) if isinstance(data, dict) else None
     return data

@@ -1,4 +1,4 @@
-"""Turn what pydantic and the domain say of a value into one line with its place in the file."""
+"""Translation of errors of pydantic and the domain into one line with the place in the file."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from app.schemas.base import Model
     from app.schemas.document import Document, Place
 
-# Where the file's word for a thing is not the domain's.
+# Fields whose name in the file differs from the domain's.
 _FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for", "fuse_gap": "gap"}
 _PART: Final = re.compile(r"[^.\[\]]+")
 _WORD: Final = re.compile(r"'([^']*)'")
 
 
 def form_errors(document: Document, error: ValidationError) -> list[ProtocolError]:
-    """Return all that pydantic found in a protocol in our words."""
+    """Return all errors of pydantic in a protocol, in our words."""
     return [
         materials.translate(document, details) if _in_material(details) else _translate(document, details)
         for details in materials.own_mistakes(error)
@@ -57,7 +57,7 @@ def locate(document: Document, error: SpecificationError, place: Place = ()) -> 
 
 
 def _located(document: Document, error: SpecificationError, place: Place) -> ProtocolError:
-    """Return one error with its spot."""
+    """Return one error with its line and column."""
     if isinstance(error, ProtocolError):
         return error
     names = tuple(int(part) if part.isdigit() else _FILE_NAMES.get(part, part) for part in _PART.findall(error.field))
@@ -77,7 +77,7 @@ def _located(document: Document, error: SpecificationError, place: Place) -> Pro
 
 @contextmanager
 def at(document: Document, place: Place) -> Iterator[None]:
-    """Give errors of the domain the spot of the mapping they come from."""
+    """Locate errors of the domain raised in this block at a mapping of the file."""
     try:
         yield
     except SpecificationError as error:
@@ -85,7 +85,7 @@ def at(document: Document, place: Place) -> Iterator[None]:
 
 
 def _in_material(details: Mapping[str, Any]) -> bool:
-    """Tell whether an error lies in a material that stands in the protocol itself."""
+    """Tell whether an error is in a material that the protocol itself defines."""
     return details["loc"][:1] == ("materials",) and len(details["loc"]) > 2
 
 
@@ -125,7 +125,7 @@ def _unknown_word(document: Document, place: Place, found: object, literal: str)
     here = allowed_here(document.data, place, words)
     meant = axis_meant(str(found), here) if words == list(AXES) else None
     hint = f" (did you mean {meant}?)" if meant else _not_yet(found) or nearest(str(found), here)
-    # Which rig it is may itself be the mistake: all are named.
+    # The rig itself may be wrong, so all are named.
     listed = " or ".join(", ".join(words if place == ("rig",) else here or words).rsplit(", ", 1))
     return ProtocolError(document.path, document.spot(place), dotted(place), shown(found), f"{listed}{hint}")
 
@@ -161,7 +161,7 @@ def _fields(place: Place, models: Mapping[str, type[Model]]) -> dict[str, str]:
 
 
 def _phrase(place: Place, models: Mapping[str, type[Model]]) -> str:
-    """Return what is allowed at a place."""
+    """Return the phrase that describes what is allowed at a place."""
     if not place:
         return "a mapping of fields: " + ", ".join(_fields((), models))
     last = place[-1]

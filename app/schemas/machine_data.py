@@ -1,4 +1,4 @@
-"""Read the machines' data files; no other place parses them."""
+"""Reader of the machines' data files."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
 
 @cache
 def _own_numbers(machine: MachineName) -> MachineData:
-    """Read the machine's own file; once, for a service asks for it with every protocol."""
+    """Read the machine's own file, cached for the service."""
     return _numbers_in(files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml", machine)
 
 

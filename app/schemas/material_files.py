@@ -1,4 +1,4 @@
-"""Find materials: those of the catalogue, and those a user brings in a file.
+"""Materials: those of the catalogue, and those of a user's file.
 
 A protocol that uses its own names the file next to it, and the material by its name there:
 

@@ -1,6 +1,6 @@
-"""Describe the YAML of materials a user brings, and turn it into the domain's materials.
+"""Pydantic models of a user's materials file, and their conversion to the domain's materials.
 
-Ranges are the business of `knitlab_core.materials`; here stand structure, units and the spots of errors.
+Ranges are checked in `knitlab_core.materials`; here are structure, units and the places of errors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Source = Annotated[str, StringConstraints(min_length=1, strip_whitespace=True)]
 
 
 class StressValue(Model):
-    """Give a stress and its source."""
+    """A stress and its source."""
 
     value: Stress = Field(description=allowed("stress"))
     source: Source = _SOURCE
@@ -46,7 +46,7 @@ class StressValue(Model):
 
 
 class DensityValue(Model):
-    """Give a density and its source."""
+    """A density and its source."""
 
     value: Density = Field(description=allowed("density"))
     source: Source = _SOURCE
@@ -54,7 +54,7 @@ class DensityValue(Model):
 
 
 class StrainValue(Model):
-    """Give a strain and its source."""
+    """A strain and its source."""
 
     value: Strain = Field(description=allowed("strain"))
     source: Source = _SOURCE
@@ -62,7 +62,7 @@ class StrainValue(Model):
 
 
 class NumberValue(Model):
-    """Give a pure number and its source."""
+    """A pure number and its source."""
 
     value: float = Field(description="a pure number, such as 0.37")
     source: Source = _SOURCE
@@ -70,14 +70,14 @@ class NumberValue(Model):
 
 
 class TermModel(Model):
-    """Be one term of a Prony series."""
+    """One term of a Prony series."""
 
     share: Strain = Field(description="a share of the stiffness above 0 and below 1, such as 0.2 or 20 %")
     time: Time = Field(description=allowed("time"))
 
 
 class RelaxationModel(Model):
-    """Give a Prony series and its source."""
+    """A Prony series and its source."""
 
     terms: list[TermModel] = Field(min_length=1, description="a list of terms, such as [{share: 0.2, time: 10 s}]")
     source: Source = _SOURCE
@@ -85,7 +85,7 @@ class RelaxationModel(Model):
 
 
 class MaterialModel(Model):
-    """Describe a material."""
+    """A material."""
 
     young_modulus: StressValue = Field(description="a mapping such as {value: 2.0 GPa, source: ...}")
     poisson_ratio: NumberValue = Field(description="a mapping such as {value: 0.37, source: ...}")
@@ -221,7 +221,7 @@ def _terms(model: RelaxationModel) -> tuple[RelaxationTerm, ...]:
 
 
 def _placed(document: Document, material: Place, error: SpecificationError) -> ProtocolError:
-    """Return an error of the domain with the spot of the number it blames."""
+    """Return an error of the domain with line and column of the number it blames."""
     # `material.relaxation[0].share` stands under `terms`, any other number under `value`.
     names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)][1:]
     if len(names) > 1:
@@ -233,7 +233,7 @@ def _placed(document: Document, material: Place, error: SpecificationError) -> P
 
 
 def own_mistakes(error: ValidationError) -> list[ErrorDetails]:
-    """Return what pydantic found, without what follows from another mistake: a misspelt field is also a missing one."""
+    """Return pydantic's errors without those that follow from another: a misspelt field is also missing."""
     every = error.errors(include_url=False)
     unknown = [details["loc"] for details in every if details["type"] == "extra_forbidden"]
 
@@ -263,7 +263,7 @@ def translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
 
 
 def _phrase(place: Place, known: Mapping[str, str]) -> str:
-    """Return what is allowed at a place whose neighbours are `known`."""
+    """Return the phrase that describes what is allowed at a place whose neighbours are `known`."""
     if place and place[-1] in known:
         return known[str(place[-1])]
     return f"a mapping of fields: {', '.join(_fields(place))}"

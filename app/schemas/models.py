@@ -1,6 +1,6 @@
-"""Describe the YAML of a protocol: its fields, their types and, as descriptions, what each allows.
+"""Pydantic models of a protocol file: fields, types, and descriptions of what each allows.
 
-Ranges are the business of `rigs.protocol.protocol`; here stand structure and units alone.
+Ranges are checked in `rigs.protocol.protocol`; here are structure and units.
 """
 
 from collections.abc import Mapping
@@ -22,12 +22,12 @@ from rigs.protocol.catalogue import Others, RigName
 SCHEMA: Final = "knitlab/protocol@1"
 
 
-# In the design of the protocol language, but not yet honoured by a rig.
+# Part of the protocol language, but not supported by a rig.
 NOT_YET: Final[frozenset[str]] = frozenset()
 
 
 class LogModel(Model):
-    """Say how the instruments sample."""
+    """How the instruments sample."""
 
     rate: Frequency = Field(default=10.0, description=allowed("frequency"))
     events: Frequency | None = Field(default=None, description=EVENTS)
@@ -39,7 +39,7 @@ class LogModel(Model):
 
 
 def _materials_branch(value: object) -> str:
-    """Tell a file and materials that stand here apart."""
+    """Tell the name of a materials file from materials defined in the protocol."""
     return f"{BRANCH}here" if isinstance(value, dict) else f"{BRANCH}file"
 
 

@@ -1,4 +1,4 @@
-"""Put the values of `params` where `${param}` stands for one: whole values only, no templates."""
+"""Substitution of `params` for ``${param}``: whole values only, no templates."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def substitute(document: Document, chosen: Mapping[str, Data], faults: Faults) -
 
 
 def _checked(document: Document, params: Data, faults: Faults) -> dict[str, Data]:
-    """Return those of the parameters that are a name and a plain value."""
+    """Return the parameters that have a valid name and a plain value."""
     if not isinstance(params, dict):
         faults.found.append(_refusal(document, ("params",), shown(params), "a mapping of names to values"))
         return {}
@@ -78,7 +78,7 @@ def _checked(document: Document, params: Data, faults: Faults) -> dict[str, Data
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Replacing:
-    """Put parameters into data, and note which were used, what is wrong, and where a text had to stay."""
+    """Substitution of parameters in data, with a record of those used and of errors."""
 
     document: Document
     params: Mapping[str, Data]
@@ -108,7 +108,7 @@ class _Replacing:
         if match is None:
             expected = "a whole value such as ${name}, nothing around it"
         elif match[1] in self.names:
-            # Its own value is refused already.
+            # Its own value has an error already.
             return text
         else:
             expected = f"a name under params: {', '.join(self.names) or 'none'}{nearest(match[1], self.names)}"

@@ -1,4 +1,4 @@
-"""Unfold `sweep:` into points: one value of every parameter that is swept, all of them with all others."""
+"""Expansion of `sweep:` into points: all combinations of the values of its parameters."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _UNSAFE: Final = re.compile(r"[^\w.+-]+")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """Hold the values of one point of a sweep, and the label that names its folder."""
+    """One point of a sweep: its parameter values, and the label that names its folder."""
 
     label: str
     values: Mapping[str, Scalar]
@@ -82,7 +82,7 @@ def _check(name: str, values: Sequence[Scalar], params: Sequence[str], document:
 
 
 def label_of(values: Mapping[str, Scalar]) -> str:
-    """Return what a point is called, and its folder: by its own values alone, whatever others the sweep has.
+    """Return the label and folder name of a point, from its own values alone.
 
     Examples
     --------
@@ -90,12 +90,12 @@ def label_of(values: Mapping[str, Scalar]) -> str:
     ('pre=0.1,rate=0.2_mm_s', 'knit=mine_2-1589dcaa')
     """
     label = ",".join(f"{name}={_word(value)}" for name, value in values.items())
-    # The words are safe each for itself; many of them may be too long together.
+    # Each word is a safe name, but together they may be too long.
     return label if len(label.encode()) <= MOST_BYTES else file_stem(label)
 
 
 def _word(value: Scalar) -> str:
-    """Return a value as it may stand in the name of a folder."""
+    """Return a value as it appears in the name of a folder."""
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return _UNSAFE.sub("_", text) if _NUMBER.match(text) else file_stem(text)
 

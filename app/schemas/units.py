@@ -1,4 +1,4 @@
-"""Read quantities: a number with its unit, turned into an SI float once, at the door.
+"""Quantities: a number with its unit, converted to an SI float once, where it is read.
 
 The text is split into number and unit here, so that pint never evaluates arithmetic from a file.
 """
@@ -49,7 +49,7 @@ _DIMENSIONS: Final = MappingProxyType(
     }
 )
 
-# What a number of a unit that people write is multiplied by: pint knows the others, but loads for most of a second.
+# Factors to SI of the usual units; others are left to pint, which takes most of a second to load.
 COMMON: Final[Mapping[Dimension, Mapping[str, float]]] = MappingProxyType(
     {
         "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
@@ -88,7 +88,7 @@ def registry() -> pint.UnitRegistry[float]:
 
 
 def allowed(dimension: Dimension) -> str:
-    """Return how an error describes a quantity of `dimension`."""
+    """Return the phrase that describes an allowed quantity of `dimension`."""
     return _DIMENSIONS[dimension][2]
 
 
@@ -140,17 +140,17 @@ def write(value: float, dimension: Dimension) -> str:
     """
     si, usual, _ = _DIMENSIONS[dimension]
     magnitude = value * (1.0 / COMMON[dimension].get(usual, 1.0))
-    # The usual unit reads best; where it would lose the last bit, SI says the number itself.
+    # The usual unit is preferred; if it would lose the last bit, the SI unit is written.
     for text in (f"{magnitude:.12g} {usual}", f"{magnitude!r} {usual}"):
         if parse(text, dimension) == value:
             return text
     return f"{value!r} {si}"
 
 
-# The jobs of a sweep say the same few quantities thousands of times.
+# The jobs of a sweep contain the same few quantities thousands of times.
 @functools.lru_cache(maxsize=4096)
 def _convert(number: float, unit: str, dimension: Dimension) -> float:
-    """Return `number` of `unit` in SI; not a number if it measures something else."""
+    """Return `number` of `unit` in SI; NaN if it has another dimension."""
     common = COMMON[dimension].get("".join(unit.split()))
     return _convert_by_pint(number, unit, dimension) if common is None else number * common
 
@@ -165,7 +165,7 @@ def _convert_by_pint(number: float, unit: str, dimension: Dimension) -> float:
         quantity = given.to(_DIMENSIONS[dimension][0])
     except (pint.PintError, ValueError, AttributeError, OverflowError, ZeroDivisionError):
         return math.nan
-    # Pint takes an angle and a bit for pure numbers: 600 rpm would be 62.8 Hz, 40 degrees a strain, 5 % a memory.
+    # For pint angles and bits are pure numbers: 600 rpm would be 62.8 Hz, 40 degrees a strain, 5 % a memory.
     base = str(given.to_base_units().units)
     if "radian" in base or ("bit" in base) != (dimension == "memory"):
         return math.nan

@@ -1,4 +1,4 @@
-"""Describe the single values of a user's YAML: quantities, stitch values, switches."""
+"""Single values of a user's YAML: quantities, stitch values, switches."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
-    """Hold a stitch value: in metres, or in loop widths."""
+    """A length of a stitch, in metres or in loop widths."""
 
     value: float
     metres: bool
@@ -57,7 +57,7 @@ RATE: Final = "a speed, a strain rate or a force rate with its unit, such as 0.2
 
 
 def _rate(value: object) -> Rate:
-    """Return a rate of the kind that its unit says."""
+    """Return a rate; its unit decides between speed, strain rate and force rate."""
     for dimension, make in _RATES:
         try:
             number = parse(value, dimension)
@@ -71,7 +71,7 @@ def _rate(value: object) -> Rate:
 
 
 def bounds(dimension: Dimension) -> str:
-    """Return how an error describes a level with the side that counts."""
+    """Return the phrase that describes a level with its side."""
     return f"{allowed(dimension)}, or with the side that counts, such as '> {_EXAMPLES[dimension]}'"
 
 
@@ -79,7 +79,7 @@ _EXAMPLES: Final = {"force": "50 mN", "strain": "40 %", "length": "8 mm"}
 
 
 def _bound(dimension: Dimension, value: object) -> float | Bound:
-    """Return a level, with its side if one is said."""
+    """Return a level, with its side if one is given."""
     side = value.strip()[:1] if isinstance(value, str) else ""
     try:
         if side in {">", "<"}:
@@ -96,7 +96,7 @@ LEVEL: Final = "a strain, or with its unit a displacement or a force, as control
 
 
 def _level(value: object) -> object:
-    """Return a level as it stands; what it measures is for `control` to say."""
+    """Return a level unconverted; `control` decides its dimension."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise refuse(LEVEL)
     return value
@@ -116,17 +116,17 @@ def _every(value: object) -> float | Literal["off"]:
 
 
 def _switch(value: object) -> object:
-    """Return on and off as truth values."""
+    """Return `on` and `off` as booleans."""
     return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
 
 
 def _label(value: object) -> object:
-    """Return a number as the text that it is shown as: a parameter may stand for a name."""
+    """Return a number as text where a name is expected: a parameter may give it."""
     return shown(value) if isinstance(value, int | float) else value
 
 
 def _text_schema(dimension: Dimension) -> WithJsonSchema:
-    """Return how the published schema describes a quantity."""
+    """Return the JSON Schema of a quantity."""
     return WithJsonSchema({"type": "string", "description": allowed(dimension)})
 
 
@@ -145,7 +145,7 @@ Strain = Annotated[
 
 
 def _bound_schema(dimension: Dimension) -> WithJsonSchema:
-    """Return how the published schema describes a level with its side."""
+    """Return the JSON Schema of a level with its side."""
     kinds = ["number", "string"] if dimension == "strain" else "string"
     return WithJsonSchema({"type": kinds, "description": bounds(dimension)})
 
