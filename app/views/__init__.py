@@ -1,1 +1,1 @@
-"""What people look at: curves, renders of the knit, SEM images, tables."""
+"""Views of a run: curves, renders of the knit, SEM images, tables."""

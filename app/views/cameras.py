@@ -1,4 +1,4 @@
-"""Look at a knit: a planar one from above, a volumetric one from a corner."""
+"""View directions on a knit: a planar one from above, a volumetric one from a corner."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ELEVATION: Final = np.radians(24.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
-    """Hold a way to look at a knit.
+    """A view direction, and how a picture is labelled in it.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class View:
     labels: tuple[str, str] | None
 
     def seen(self, points: FloatArray) -> FloatArray:
-        """Return points (n, 3) as the eye has them: right, up and towards it."""
+        """Project points (n, 3) to view coordinates: right, up, towards the viewer."""
         return points @ self.turn.T
 
     def dress(self, axes: Axes) -> None:
-        """Say on a picture which way the knit lies."""
+        """Label a picture with the directions of the knit."""
         if self.labels is not None:
             axes.set(xlabel=self.labels[0], ylabel=self.labels[1])
             return

@@ -1,4 +1,4 @@
-"""Put the loading curves of several runs into one figure."""
+"""Loading curves of several runs in one figure."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ INKS = ("#009E73", "#0072B2", "#D55E00", "#CC79A7", "#000000")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compared:
-    """Hold one axis of one run: what the legend calls it, its colour and dashes, and the modulus [Pa] to divide by."""
+    """One axis of one run: its legend label, colour and dashes, and the modulus [Pa] to divide by."""
 
     label: str
     colour: str
@@ -92,12 +92,12 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, 
 
 
 def _place(scale: float, mark: Mark) -> tuple[float, float]:
-    """Return where a mark is: strain [%], and stress times a factor."""
+    """Return the position of a mark: strain [%], and stress times a factor."""
     return 100.0 * mark.strain, scale * mark.stress
 
 
 def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None = None) -> list[Compared]:
-    """Return what is drawn; runs that pull the same axis get dashes of their own, or inks where it stands alone."""
+    """Return what is drawn; runs on the same axis differ by dashes, or by colour in a panel of their own."""
     lines: list[Compared] = []
     for run in runs:
         name = str(run.provenance.get("name", run.path.parent.name))

@@ -1,4 +1,4 @@
-"""Say what is to be drawn of a run: its curves, part by part, the log behind them, marks, and units that fit."""
+"""Data of a run's plots: curves part by part, logged samples, marks, and units that fit."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
-    """Hold a stretch of a curve over which an axis does one thing.
+    """A part of a curve in which an axis has one role.
 
     Attributes
     ----------
@@ -72,13 +72,13 @@ class Part:
 
     @property
     def still(self) -> bool:
-        """Tell whether strain and stress stay where they are: over each other the part is one point."""
+        """Tell whether strain and stress are constant, so that the part is drawn as one point."""
         return bool(np.ptp(self.strain) < STILL and np.ptp(self.stress) <= STILL * np.abs(self.stress).max())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Log:
-    """Hold what an instrument logged of an axis, with its noise; nan parts it where a channel was zeroed.
+    """Logged samples of an axis with noise; nan separates parts where a channel was zeroed.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Log:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mark:
-    """Hold the place on a curve where a limit of the material was passed.
+    """Point of a curve at which a limit of the material was passed.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Curve:
-    """Hold what there is to draw of one axis.
+    """What is drawn of one axis.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class Curve:
 
     @property
     def roles(self) -> tuple[Role, ...]:
-        """Return what the axis does in this test."""
+        """Return the roles of the axis in this test."""
         return tuple(role for role in ROLES if any(part.role == role for part in self.parts))
 
 
@@ -171,7 +171,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
 
 
 def _values(trace: Trace, axis: Axis, size: SpecimenSize, zeroings: Sequence[Zeroing]) -> FloatArray:
-    """Return time [s], strain [1], stress [Pa] and force [N] of an axis, (4, n), as the zeroings let them be shown."""
+    """Return time [s], strain [1], stress [Pa] and force [N] of an axis, (4, n), counted from its zeroings."""
     time = trace.columns["time"]
     kinds: dict[Channel, FloatArray] = {
         "displacement": trace.columns[f"crosshead_{axis}"],
@@ -190,7 +190,7 @@ def _mark(crossing: LimitCrossing, values: FloatArray) -> Mark:
 
 
 def _roles(protocol: Protocol, axis: Axis) -> dict[int, Role]:
-    """Return what an axis does in the steps that drive others, by the number of the step."""
+    """Return the role of an axis in the steps that drive others, by the number of the step."""
     beside: Role | None = {"hold": "held", "free": "free"}.get(protocol.others)  # type: ignore[assignment]
     return {
         leaf.number: beside
@@ -200,7 +200,7 @@ def _roles(protocol: Protocol, axis: Axis) -> dict[int, Role]:
 
 
 def _parts(trace: Trace, values: FloatArray, beside: Mapping[int, Role]) -> Iterator[Part]:
-    """Yield the parts of a curve, each from the row that it sets out from.
+    """Yield the parts of a curve, each from the row it starts at.
 
     Zeroing takes no time and moves nothing: no line is drawn across it.
     """
@@ -217,7 +217,7 @@ def _parts(trace: Trace, values: FloatArray, beside: Mapping[int, Role]) -> Iter
 
 
 def _smooth(rows: FloatArray) -> FloatArray:
-    """Pass the shape-preserving cubic of the instruments through rows (k, n); the first row holds their times.
+    """Interpolate rows (k, n) by the shape-preserving cubic of the instruments; the first row holds times.
 
     Rows at one time are a jump, and are joined by a straight line.
     """
@@ -233,7 +233,7 @@ def _smooth(rows: FloatArray) -> FloatArray:
 
 
 def _log_of(run: RunReader, axis: Axis) -> Log | None:
-    """Return what an instrument logged of an axis, if its flaws show."""
+    """Return the logged samples of an axis; None where they equal those without flaw."""
     logged = next((log for log in run.samples.values() if f"force_{axis}" in log.reads.values()), None)
     if logged is None:
         return None

@@ -1,4 +1,4 @@
-"""Draw the pictures of a run: in this process, or in one that starts early and imports while the test goes on."""
+"""Drawing of a run's pictures, in this process or in one that starts early and imports during the test."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def draw_here(record: Path, name: str) -> Callable[[], None]:
 
 
 class Drawer:
-    """A process that draws the pictures of one run; where it fails or has left, this process draws.
+    """A process that draws the pictures of one run; if it fails or has ended, this process draws.
 
     It starts at once, so that it imports while the test goes on. It ends when it has drawn, when nothing came to
     draw for `IDLE_SECONDS`, and when this process ends, however that comes about: then its input ends.
@@ -62,7 +62,7 @@ class Drawer:
         """Begin to draw; return a function that waits for the end of it."""
         asked = json.dumps([str(record.absolute()), name]).encode() + b"\n"
         if self._process is not None and self._process.stdin is not None:
-            with suppress(OSError):  # it has left: the answer will be empty
+            with suppress(OSError):  # the process has ended: the answer will be empty
                 self._process.stdin.write(asked)
                 self._process.stdin.flush()
 
@@ -96,7 +96,7 @@ class Drawer:
 
 @contextmanager
 def drawer(*, wanted: bool) -> Iterator[Draw | None]:
-    """Lend a process that draws, as long as the block lasts; None if no pictures are wanted."""
+    """Yield a process that draws while the block runs; None if no pictures are wanted."""
     if not wanted:
         yield None
         return

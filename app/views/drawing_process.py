@@ -1,7 +1,7 @@
-"""Draw the record named on the standard input: ``python -m app.views.drawing_process``, started by `drawing`.
+"""Process that draws the record named on standard input: ``python -m app.views.drawing_process``.
 
-A line of JSON comes, ``[record, name]``, and `DRAWN` goes out. The end of the input is the end of whoever wanted the
-pictures, and of this process.
+A line of JSON comes, ``[record, name]``, and `DRAWN` goes out. The process ends when its input ends, which it
+does when the process that asked for the pictures has ended.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ AHEAD: Final = (
 
 
 def main() -> None:
-    """Get ready, wait for a record, draw it, answer."""
+    """Import, wait for the name of a record, draw it, and reply."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no answer
     asked = beside.listen()

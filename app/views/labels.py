@@ -1,4 +1,4 @@
-"""Say in words what a specimen is made of beside its stitch: its fibres, and what goes beyond elastic rods."""
+"""Labels of a specimen's yarn, and of its options beyond elastic rods."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ELASTIC: Final = "nothing: linearly elastic rods, contact and friction"
 
 
 def yarn_label(spec: SpecimenSpec) -> str:
-    """Return what the yarn is made of."""
+    """Return the label of the yarn: its fibres."""
     yarn: Yarn | None = spec.yarn
     if yarn is None:
         return "one fibre"

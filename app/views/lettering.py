@@ -1,4 +1,4 @@
-"""Draw texts of users in figures as they wrote them: no formula between dollars, letters of other scripts."""
+"""Texts of users in figures, drawn as written: no formulas between dollars, letters of other scripts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FAMILIES: Final = (
 
 
 def write_plainly(texts: Iterable[Text]) -> None:
-    """Let texts of a figure show what they hold, sign by sign."""
+    """Draw all texts of a figure literally, character by character."""
     for text in texts:
         text.set_parse_math(False)
         text.set_fontfamily(list(_families()))
@@ -34,7 +34,7 @@ def write_plainly(texts: Iterable[Text]) -> None:
 
 @contextmanager
 def boxes_allowed() -> Iterator[None]:
-    """Draw a box for a letter that no font has, and say nothing of it: names are in the record too."""
+    """Draw a box for a letter that no font has, without a warning: the record has the name too."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         yield

@@ -1,4 +1,4 @@
-"""Show what a protocol would do, in a terminal or as JSON."""
+"""Tables of a plan in a terminal, and the plan as JSON."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _stroke_data(stroke: Stroke) -> dict[str, Any]:
 
 
 def print_plan(plan: Plan) -> None:
-    """Print the specimen, the table of strokes and what they come to."""
+    """Print the specimen, the table of strokes and their totals."""
     print_facts(plan.protocol, plan.specimen)
     axes = plan.protocol.axes
     table = Table("step", "set", "what", *(f"axis {axis}" for axis in axes), "time", "tag")
@@ -106,7 +106,7 @@ def print_plan(plan: Plan) -> None:
 
 
 def _limit_lines(plan: Plan) -> Iterator[str]:
-    """Yield what the test asks of the yarn, and whether a limit is foreseen to be passed."""
+    """Yield the strain that the test asks of the yarn, and the limits it would pass."""
     spec = plan.protocol.specimen
     if plan.budget is not None:
         budget, least = plan.budget, " at least" * any(stroke.searches for stroke in plan.strokes)
@@ -131,7 +131,7 @@ def _densities(plan: Plan) -> str:
 
 
 def print_points(plans: Mapping[str, Plan]) -> None:
-    """Print the plan of the first point of a sweep, and what all of them come to."""
+    """Print the plan of the first point of a sweep, and the totals of all."""
     print_plan(next(iter(plans.values())))
     table = Table("point", "duration", "rows", "largest strain", "locking", "warnings")
     for label, plan in plans.items():
@@ -143,7 +143,7 @@ def print_points(plans: Mapping[str, Plan]) -> None:
 
 
 def _what(stroke: Stroke) -> str:
-    """Return what a stroke is."""
+    """Return the name of a stroke."""
     what = f"{stroke.phase} {', '.join(stroke.channels)}".strip()
     if stroke.stop_force is not None:
         what += f" to {stroke.stop_force:g} N"
@@ -151,14 +151,14 @@ def _what(stroke: Stroke) -> str:
 
 
 def _until(step: Planned) -> str:
-    """Return what ends a step early."""
+    """Return the conditions that end a step early."""
     units = {"force": " N", "displacement": " m", "time": " s"}
     ends = {} if step.leaf.step.until is None else asdict(step.leaf.step.until)
     return ", ".join(f"{name} {value:g}{units.get(name, '')}" for name, value in ends.items() if value is not None)
 
 
 def _way(stroke: Stroke, axis: Axis, length: float) -> str:
-    """Return what an axis does, in strain and mm, or in newtons."""
+    """Return the motion of an axis, in strain and mm, or in newtons."""
     start, end = stroke.start[axis], stroke.end[axis]
     if axis in stroke.force:
         first, last = stroke.force[axis]

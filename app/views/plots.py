@@ -1,4 +1,4 @@
-"""Plot a run: stress over strain and force over time, without noise, the log behind them."""
+"""Plots of a run: stress over strain and force over time, with the noisy log behind."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ TITLE = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """Hold an entry of a legend: what it says, and how its line or mark looks."""
+    """Entry of a legend: its text, and how its line or mark looks."""
 
     label: str
     colour: str | tuple[float, float, float]
@@ -56,7 +56,7 @@ class Entry:
 
 
 def stress_strain_plot(run: RunReader, path: Path) -> Path:
-    """Plot stress over strain and force and strain over time; axes, cycles and what an axis does are told apart.
+    """Plot stress over strain, and force and strain over time, with axes, cycles and roles distinguished.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
 
 
 def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
-    """Give the parts of a figure the frame and the grid that all plots have, and write it."""
+    """Give the panels of a figure the common frame and grid, and write the file."""
     from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
 
     for axes in parts:
@@ -110,13 +110,13 @@ def _split(axes: Axes) -> tuple[Axes, Axes]:
 
 
 def stress_label(size: SpecimenSize, unit: str = "kPa") -> str:
-    """Return what stands beside the axis of stress: which thickness it is over."""
+    """Return the label of the stress axis, with the thickness that stress refers to."""
     agreed = f"thickness {1e3 * size.extents['P']:g} mm" if size.convention == "unit" else "initial cross-section"
     return f"effective stress [{unit}]  ({agreed})"
 
 
 def draw_part(axes: Axes, part: Part, factor: float, **look: object) -> None:
-    """Draw stress, times a factor, over strain of a part; a part of one point becomes a dot."""
+    """Draw stress, times a factor, over strain of a part; a part of one point is drawn as a dot."""
     strain, stress = 100.0 * part.strain, factor * part.stress
     if part.still:
         strain, stress = strain[-1:], stress[-1:]
@@ -127,7 +127,7 @@ def draw_part(axes: Axes, part: Part, factor: float, **look: object) -> None:
 def draw_marks(
     axes: Axes, curves: Sequence[Curve], place: Callable[[Mark], tuple[float, float]], named: set[str] | None = None
 ) -> None:
-    """Draw where limits of the material were passed; where a legend takes its labels, each limit is `named` once."""
+    """Mark where limits of the material were passed; each limit is `named` once for the legend."""
     for curve in curves:
         for number, mark in enumerate(curve.marks):
             look = {"ls": "none", "ms": 9, "mfc": BEYOND, "mec": "white", "mew": 0.8, "zorder": 6}
@@ -139,7 +139,7 @@ def draw_marks(
 
 
 def legend_of(curves: Sequence[Curve]) -> list[Entry]:
-    """Return the entries of a legend: what there is on the plot and nothing else."""
+    """Return the entries of a legend, for what is on the plot alone."""
     entries = [Entry(label=_axis_label(curve), colour=COLOURS[curve.axis], width=2.5) for curve in curves]
     cycles = sorted({cycle for curve in curves for cycle in curve.cycles})
     for index, cycle in enumerate(cycles[:MOST_CYCLES] if len(cycles) > 1 else ()):
@@ -158,7 +158,7 @@ def legend_of(curves: Sequence[Curve]) -> list[Entry]:
 
 
 def _role_entry(role: Role, curves: Sequence[Curve]) -> Entry:
-    """Return the entry of what an axis does: a line, or the dot of a part that is one point."""
+    """Return the legend entry of a role: a line, or the dot of a part that is one point."""
     if all(part.still for curve in curves for part in curve.parts if part.role == role):
         return Entry(label=ROLE_LABELS[role], colour="black", style="none", mark="o")
     return Entry(label=ROLE_LABELS[role], colour="black", style=STYLES[role])
@@ -230,12 +230,12 @@ def _plot_times(force_time: Axes, strain_time: Axes, curves: Sequence[Curve]) ->
 
 
 def _cycle_look(index: int) -> tuple[float, float]:
-    """Return line width and share of the full colour: later cycles lie thin and light upon the first."""
+    """Return line width and opacity of a cycle: later ones are thinner and lighter."""
     return (3.2, 1.0) if index == 0 else (1.1, max(0.45 - 0.1 * (index - 1), 0.2))
 
 
 def _tint(colour: str, share: float) -> tuple[float, float, float]:
-    """Return a colour thinned with white; `share` of it is left [1]."""
+    """Return a colour mixed with white; `share` of it is left [1]."""
     from matplotlib.colors import to_rgb  # noqa: PLC0415
 
     red, green, blue = (1.0 - share * (1.0 - part) for part in to_rgb(colour))

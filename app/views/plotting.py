@@ -1,4 +1,4 @@
-"""Lay out and write figures of matplotlib, each step once: by itself it lays a figure out at every drawing of two."""
+"""Layout and writing of matplotlib figures, each step once; matplotlib by itself repeats the layout."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COMPRESSION: Final = {"compress_level": 3}
 
 
 def lay_out(figure: Figure) -> None:
-    """Lay out a figure that has all its parts; from now on they stay where they are."""
+    """Lay out a finished figure; from now on its parts stay where they are."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -34,7 +34,7 @@ def lay_out(figure: Figure) -> None:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG, all of it or nothing."""
+    """Write a figure as PNG, atomically."""
     lay_out(figure)
     with whole_file(path) as temporary:
         figure.savefig(temporary, dpi=DPI, facecolor="white", pil_kwargs=COMPRESSION)
@@ -42,7 +42,7 @@ def save(figure: Figure, path: Path) -> Path:
 
 
 class PixelImage(Artist):
-    """An image that fills the axes it is added to, pixel by pixel: it has as many as their place on the page.
+    """An image with as many pixels as the place of its axes on the page.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class PixelImage(Artist):
         return rows, columns
 
     def draw(self, renderer: RendererBase) -> None:
-        """Put the pixels on the page."""
+        """Draw the pixels on the page."""
         if self.axes is None:
             return
         box, graphics = self.axes.bbox, renderer.new_gc()

@@ -1,4 +1,4 @@
-"""Draw round tubes into pictures of the height of what is seen.
+"""Rasterising of round tubes into pictures of the height of what is seen.
 
 Columns count from the left edge, rows from the upper one, both in pixels; the middle of the first pixel is at 0.5.
 """
@@ -23,7 +23,7 @@ NOTHING: Final = -1e9
 
 @inline_kernel
 def _columns(left: int, right: int, x: float, ux: float, behind: float, ahead: float) -> tuple[int, int]:
-    """Return the first and the last of some columns in which ux (column - x) is between two distances [pixel]."""
+    """Return the first and last of the columns in which ux (column - x) is between two distances [pixel]."""
     if ux * ux <= 1e-6:
         return left, right
     one, other = behind / ux, ahead / ux
@@ -115,21 +115,21 @@ def draw_tube(
 
 
 def tangents_of(points: FloatArray, sizes: IntArray) -> FloatArray:
-    """Return unit vectors along pieces of a line at their points, shape (n, 3)."""
+    """Return unit tangents of a polyline at its points, shape (n, 3)."""
     along = [np.gradient(piece, axis=0) for piece in np.split(points, np.cumsum(sizes)[:-1])]
     joined = np.concatenate(along)
     return np.asarray(joined / np.linalg.norm(joined, axis=1, keepdims=True))
 
 
 def joined(yarn: Tube) -> npt.NDArray[np.bool_]:
-    """Tell of every two points in a row, (n - 1,), whether they are of one piece."""
+    """Tell of every two consecutive points, (n - 1,), whether they belong to one piece."""
     found = np.ones(len(yarn.points) - 1, dtype=np.bool_)
     found[np.cumsum(yarn.sizes)[:-1] - 1] = False
     return found
 
 
 def reaches_of(points: FloatArray, joined: npt.NDArray[np.bool_], radius: float) -> FloatArray:
-    """Return how far beyond its two points a segment can be seen along it as the eye has it, (n - 1, 2) [pixel].
+    """Return how far beyond its two points a segment is visible along its projection, (n - 1, 2) [pixel].
 
     At an end of a piece that is the radius of the ball there. At a joint the ball shows in the wedge between two
     segments alone; of a segment that leans to the eye its round end shows too.

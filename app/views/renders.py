@@ -1,4 +1,4 @@
-"""Draw the knit: its real tube, coloured by a value, to scale."""
+"""Renders of the knit to scale: the real tube, coloured by a value."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "c
 
 
 def knit_frames(run: RunReader, path: Path) -> Path:
-    """Draw the knit on its way to the largest strain: first, middle, peak and every 20 %, on one scale.
+    """Draw the knit up to the largest strain: first, middle, peak and every 20 %, on one scale.
 
     Where a fibre is strained beyond a limit of its material the title says so, and crosses mark the spots.
 
@@ -96,7 +96,7 @@ def knit_frames(run: RunReader, path: Path) -> Path:
 
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
-    """Pick the first frame, the peak, and between them those at whole 20 % of strain, or the one nearest the middle.
+    """Select the first frame, the peak, and those at multiples of 20 % strain or the one nearest the middle.
 
     The peak is the first frame at the largest strain of any axis, in tension or compression.
     """
@@ -108,7 +108,7 @@ def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     step = MARK * max(1, round(size[last] / (MARK * MOST_MARKS)))
     for number in range(1, last):
         share = size[number] / step
-        # Beside the first and the peak another one would look the same.
+        # A frame near the first or the peak would look the same.
         inner = MARK_SLACK < size[number] < size[last] - MARK_SLACK
         if inner and abs(share - round(share)) * step <= MARK_SLACK and round(share) * step not in marks.values():
             marks[number] = round(share) * step  # type: ignore[assignment]
@@ -118,7 +118,7 @@ def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
 
 
 def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
-    """Return the nodes where a fibre's surface is strained beyond a limit [1]: the peaks, not all between them."""
+    """Return the nodes at peaks of the fibre's surface strain beyond a limit [1]."""
     from scipy.signal import find_peaks  # noqa: PLC0415 (only where a limit was passed)
 
     strain = np.nan_to_num(np.abs(frame.axial_strain) + frame.bending_strain)
@@ -134,7 +134,7 @@ def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
 
 
 def specimen_picture(specimen: Specimen, path: Path) -> Path:
-    """Draw a specimen as it was made, coloured by height, with its boundary sites.
+    """Draw a specimen as made, coloured by height, with its boundary sites.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def draw(
     signed: bool = False,
     view: View = FROM_ABOVE,
 ) -> Figure:
-    """Draw tubes side by side on one scale of colour and length.
+    """Draw tubes side by side, with one colour scale and one length scale.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def _length(value: float) -> str:
 
 
 def _add_wires(axes: Axes, middles: FloatArray, radius: float) -> None:
-    """Draw wires, which stand upright and are as thick as the yarn, as grey discs about their middles (W, 3) [m]."""
+    """Draw wires, which are vertical and as thick as the yarn, as grey discs at their middles (W, 3) [m]."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     for x, y, _ in 1e3 * middles:

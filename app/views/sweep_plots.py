@@ -1,4 +1,4 @@
-"""Plot figures of the points of a sweep: over one parameter as curves, over two as maps."""
+"""Plots of figures over the points of a sweep: curves over one parameter, maps over two."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#E69F00", "#56B
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Parameter:
-    """Hold a swept parameter: what stands at its axis, and its values in the order of the axis.
+    """A swept parameter: the label of its axis, and its values in the axis's order.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table:
-    """Hold a figure at every point of a sweep.
+    """Values of a figure at every point of a sweep.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Table:
 
 
 def parameters_of(points: Points) -> list[Parameter]:
-    """Return what was swept.
+    """Return the parameters that were swept.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _parameter(name: str, values: list[Scalar]) -> Parameter:
 
 
 def matching(points: Points, words: str) -> list[tuple[str, str]]:
-    """Return name and unit of the figures that hold all words of a choice, such as ``secant_peak_C`` or ``loop area``.
+    """Return name and unit of the figures that contain all words of a choice, such as ``secant_peak_C``.
 
     A capital letter alone is an axis; case counts for it alone.
 
@@ -168,7 +168,7 @@ def tables_of(points: Points, words: str) -> tuple[list[Parameter], list[Table]]
 
 
 def plot_figure(points: Points, words: str, folder: Path) -> Path:
-    """Plot the figures of a choice over the parameters of a sweep, into ``sweep_WORDS.png``.
+    """Plot the chosen figures over the parameters of a sweep, into ``sweep_WORDS.png``.
 
     Raises
     ------
@@ -209,11 +209,11 @@ def _curves(axes: Axes, parameter: Parameter, tables: Sequence[Table]) -> None:
 
 
 def _map(axes: Axes, parameters: Sequence[Parameter], table: Table) -> None:
-    """Draw a field for every point, with its number: between points nothing is known."""
+    """Draw a cell for every point, with its number; nothing is interpolated."""
     first, second = parameters
     low, high = np.nanmin(table.values), np.nanmax(table.values)
     size = max(-low, high)
-    # A sign that is lost in the largest value is rounding.
+    # The sign of a value far below the largest is rounding.
     signed = low < -LEAST_SIGN * size and high > LEAST_SIGN * size
     limits = {"vmin": -size, "vmax": size, "cmap": "coolwarm"} if signed else {"cmap": "viridis"}
     image = axes.imshow(table.values, origin="lower", aspect="auto", **limits)

@@ -1,4 +1,4 @@
-"""Render tubes as seen from above: exact and to scale, coloured by a value, lit, with shade where strands cross."""
+"""Images of tubes from above: exact and to scale, coloured by a value, lit, with shade where strands cross."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def light(
     seen: npt.NDArray[np.float32],
     highest: npt.NDArray[np.float32],
 ) -> None:
-    """Add up the light of the rays of every pixel by Phong's formula.
+    """Sum the light of the rays of every pixel by Phong's formula.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def light(
 
 @kernel
 def highest_along(height: npt.NDArray[np.float32], reach: int, found: npt.NDArray[np.float32]) -> None:
-    """Fill the largest value within a reach along each row."""
+    """Compute the maximum within a reach along each row."""
     rows, columns = height.shape
     for i in range(rows):
         for k in range(-min(reach, columns), min(reach, columns) + 1):
@@ -107,7 +107,7 @@ def highest_along(height: npt.NDArray[np.float32], reach: int, found: npt.NDArra
 
 @kernel
 def blurred_along(given: npt.NDArray[np.float32], weights: FloatArray, found: npt.NDArray[np.float32]) -> None:
-    """Add to each value of a row the weighted ones around it, weights (2 n + 1,) from n before to n behind."""
+    """Smooth each row by weights (2 n + 1,), from n before to n behind."""
     rows, columns = given.shape
     reach = len(weights) // 2
     for i in range(rows):
@@ -121,7 +121,7 @@ def blurred_along(given: npt.NDArray[np.float32], weights: FloatArray, found: np
 def tube_images(
     tubes: Sequence[Tube], window: Window, *, pixels: float, limits: tuple[float, float], table: FloatArray
 ) -> Iterator[npt.NDArray[np.uint8]]:
-    """Render tubes, each by itself, on white.
+    """Render tubes, each in its own image, on white.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def tube_images(
 def _lit(
     one: Tube, points: FloatArray, radius: float, shape: tuple[int, int], limits: tuple[float, float], table: FloatArray
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Return light, share that is seen, and height [ray] of a tube's pixels, from points and radius in rays."""
+    """Return light, coverage, and height [ray] of a tube's pixels, from points and radius in rays."""
     rows, columns = shape
     image, seen = np.zeros((rows, columns, 3), dtype=np.float32), np.zeros(shape, dtype=np.float32)
     highest = np.full(shape, NOTHING, dtype=np.float32)
@@ -174,7 +174,7 @@ def _lit(
 
 
 def _shade(highest: npt.NDArray[np.float32], radius: float) -> npt.NDArray[np.float32]:
-    """Return how dark it is beside and below something, 0 to 1, so that over and under are told apart.
+    """Return the shade beside and below what is seen, 0 to 1, so that crossings are visible (ambient occlusion).
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _shade(highest: npt.NDArray[np.float32], radius: float) -> npt.NDArray[np.fl
 
 
 def prepare() -> None:
-    """Load the kernels, or compile them: render next to nothing."""
+    """Load the kernels, or compile them, by a minimal render."""
     ends = np.array([[0.2, 0.5, 0.0], [0.8, 0.5, 0.0]])
     one = Tube(points=ends, values=np.zeros(2), radius=0.1, sizes=np.array([2]))
     for _ in tube_images([one], (0.0, 1.0, 0.0, 1.0), pixels=4.0, limits=(0.0, 1.0), table=np.zeros((2, 3))):

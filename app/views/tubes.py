@@ -1,4 +1,4 @@
-"""Turn nodes into the smooth tube that contact sees."""
+"""Smooth tubes through the nodes, as contact sees them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Window = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Tube:
-    """Hold a tube and the value that colours it.
+    """A tube and the values that colour it.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def tube(
 
 
 def _unbroken(nodes: FloatArray, values: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield the pieces of a strand between its broken edges that are long enough for a curve."""
+    """Yield the pieces of a strand between broken edges that are long enough for a curve."""
     cuts = np.flatnonzero(np.isnan(values))
     for first, last in zip([-1, *cuts], [*cuts, len(nodes) - 1], strict=True):
         line = nodes[first + 1 : last + 1]

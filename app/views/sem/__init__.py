@@ -1,4 +1,4 @@
-"""Render frames of a run as a scanning electron microscope would show them.
+"""Rendering of a run's frames as a scanning electron microscope shows them.
 
 view      the stage's tilt and rotation, and the magnification at which a run fits into the image
 blocks    load plates, substrate and gripper

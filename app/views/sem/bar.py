@@ -1,4 +1,4 @@
-"""Write the data bar under an image: a scale of a round length, and how the image was taken."""
+"""Data bar under an image: a scale of a round length, and the imaging parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WHITE: Final = 255
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
-    """Hold the scale of an image: its length [m] and [pixel], and its first column and row in the bar."""
+    """Scale bar of an image: its length [m] and [pixel], and its first column and row in the bar."""
 
     length: float
     pixels: int
@@ -47,7 +47,7 @@ def scale_of(view: View) -> Scale:
 
 
 def with_bar(grey: npt.NDArray[np.uint8], view: View, columns: tuple[tuple[str, str], ...]) -> npt.NDArray[np.uint8]:
-    """Lay the data bar over the lowest rows of an image, as the instrument does.
+    """Draw the data bar over the lowest rows of an image, as the instrument does.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def with_bar(grey: npt.NDArray[np.uint8], view: View, columns: tuple[tuple[str, 
     scale = scale_of(view)
     pen.text((scale.column + 0.5 * scale.pixels, 0.34 * bar), metric(scale.length, 3), WHITE, font, anchor="mm")
     begin = MARGIN + LONGEST + 0.03
-    # Columns are as wide as their text, and the space that is left lies between them.
+    # Columns are as wide as their text, with equal spaces between them.
     widths = [max(pen.textlength(line, font) for line in column) for column in columns]
     space = ((1.0 - begin - MARGIN) * view.width - sum(widths)) / max(1, len(columns) - 1)
     left = begin * view.width

@@ -1,4 +1,4 @@
-"""Draw what holds the specimen as blocks: load plates, the substrate below, the gripper above."""
+"""Blocks around the specimen: load plates, the substrate below, the gripper above."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GRIPPER_REACH: Final = 0.16
 
 
 class Block(NamedTuple):
-    """Hold a block with faces along course, wale and pile [m], printed of the specimen's resin or of silicon."""
+    """A block with faces along course, wale and pile [m], of the specimen's resin or of silicon."""
 
     low: FloatArray
     high: FloatArray
@@ -66,7 +66,7 @@ def fixtures(frame: Frame, plates: tuple[IntArray, IntArray], radius: float) -> 
 
     wide, reach = right - left, GRIPPER_REACH * (right - left)
     far, thick = WAFER * wide, ceiling - upper_face
-    # Jaws stand in front of the plate's sides and under its rim; the back lies on it.
+    # The jaws are in front of the plate's sides and under its rim; the back is on top of it.
     jaw = (upper_face - 0.6 * thick, ceiling + 1.2 * thick)
     under = 0.35 * rim
     return (

@@ -1,4 +1,4 @@
-"""Turn what the beam hits into the grey levels of a secondary-electron image.
+"""Secondary-electron detector: grey levels of what the beam hits.
 
 The yield of a surface rises as the beam grazes it, as the secant of the angle but bounded; electrons from a gap find
 their way out where the sky is open, and to the detector's side more of them. Then come what charging, lines and the
@@ -77,7 +77,7 @@ def image(
 
 
 def emission(yarn: Tube, blocks: Sequence[Block], view: View, microscope: Microscope) -> FloatImage:
-    """Return what reaches the detector without noise, 1 for resin met head-on under an open sky."""
+    """Return the detector signal without noise, 1 for resin at normal incidence under an open sky."""
     height, facing, silicon = _surfaces(yarn, blocks, view)
     seen = height > NOTHING
     g = microscope.grazing.value
@@ -99,7 +99,7 @@ def _shrunk(fine: FloatImage) -> FloatImage:
 
 
 def _surfaces(yarn: Tube, blocks: Sequence[Block], view: View) -> tuple[FloatImage, FloatImage, npt.NDArray[np.bool_]]:
-    """Return height [fine pixel] and cosine to the beam of what is seen, and where it is silicon."""
+    """Return height [fine pixel] and cosine to the beam of visible surfaces, and where they are silicon."""
     shape = (FINENESS * view.height, FINENESS * view.width)
     height, normal = np.full(shape, NOTHING, dtype=np.float32), np.ones((3, *shape), dtype=np.float32)
     facing, value = normal[2], np.empty_like(height)
@@ -122,7 +122,7 @@ def _surfaces(yarn: Tube, blocks: Sequence[Block], view: View) -> tuple[FloatIma
 
 
 def _window(corners: FloatArray, shape: tuple[int, int]) -> IntArray:
-    """Return first and last row, and column, between corners (n, 3) [fine pixel], within an image."""
+    """Return first and last row and column of the bounding box of corners (n, 3) [fine pixel] in an image."""
     low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
     rows, columns = np.clip([low[1], high[1]], 0, shape[0]), np.clip([low[0], high[0]], 0, shape[1])
     return np.array([*rows, *columns], dtype=np.int64)
@@ -138,7 +138,7 @@ def _open_sky(height: FloatImage, radius: float, view: View, microscope: Microsc
     weights = (1.0 + microscope.collector_pull.value * towards) / DIRECTIONS
     reaches = np.geomspace(max(NEAREST, radius), REACH * view.width, DISTANCES)
     ways = np.stack([-np.sin(angles), np.cos(angles)], axis=1)[:, None] * reaches[:, None]
-    # A thin strand far away hides little: what counts there is how much of the surroundings stands high.
+    # Far away the mean height of the surroundings counts, as a thin strand hides little.
     around = np.stack([_spread(height, WIDTH * reach) for reach in reaches])
     found = np.empty_like(height)
     openness(height, around, np.round(ways).astype(np.int64), reaches, weights, found)

@@ -1,4 +1,4 @@
-"""Write the images of a run as the microscope's TIFF files."""
+"""Images of a run as the microscope's TIFF files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ IMAGES: Final = "images"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """Say how the stage stands and how large images are.
+    """Stage position and size of the images.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Look:
 
 
 def usual_look(run: RunReader, width: int = WIDTHS[0]) -> Look:
-    """Return how a specimen shows most: between plates almost from the side, as a block obliquely, else from above."""
+    """Return the usual stage position: plates almost from the side, a block obliquely, others from above."""
     if run.plates is not None:
         return Look(tilt=78.0, rotation=24.0, width=width)
     if run.size.convention == "specimen":
@@ -164,7 +164,7 @@ def picture_of(run: RunReader, frame: Frame, view: View, microscope: Microscope,
 
 
 def _columns(lines: dict[str, str]) -> tuple[tuple[str, str], ...]:
-    """Return what the data bar says, upper and lower line of each column."""
+    """Return the texts of the data bar, upper and lower line of each column."""
     return (
         (lines["AP_ACTUALKV"], lines["AP_WD"]),
         (lines["AP_MAG"], lines["DP_DETECTOR_CHANNEL"]),

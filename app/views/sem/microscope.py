@@ -1,4 +1,4 @@
-"""Read the numbers of the microscope."""
+"""Reader of the microscope's data file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find what the beam hits at every pixel, and how open the sky is above it.
+"""Depth raster: what the beam hits at every pixel, and how open the sky is above it.
 
 Kernels on pictures of the height [pixel] of what is seen; where nothing is, it is `NOTHING`. Columns count from the
 left edge, rows from the upper one, both in pixels, and the middle of the first pixel is at 0.5.
@@ -78,7 +78,7 @@ def openness(
     weights: FloatArray,
     found: npt.NDArray[np.float32],
 ) -> None:
-    """Fill the share of electrons that find their way out, 0 to 1.
+    """Compute the share of electrons that escape at every pixel, 0 to 1.
 
     In every direction what rises highest hides the sky up to its angle h; of electrons that leave as the cosine
     to the beam, cos² h pass over it.

@@ -1,4 +1,4 @@
-"""Write the text of TIFF tag 34118, in which ZEISS microscopes keep how an image was taken.
+"""Text of TIFF tag 34118, in which ZEISS microscopes keep the imaging parameters.
 
 Lines end with CRLF, text is cp1252. A line in capitals names a parameter, the next says it. Before them stand numbers
 without names; the fourth line is the side of a pixel in an image of 1024 columns [m], which some readers take.

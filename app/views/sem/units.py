@@ -1,4 +1,4 @@
-"""Write lengths and times as the microscope does."""
+"""Lengths and times in the microscope's notation."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def magnification(value: float) -> str:
 
 
 def date(moment: datetime) -> str:
-    """Return a date, with the month in English wherever the program runs."""
+    """Return a date, with the month in English whatever the locale."""
     return f"{moment.day} {MONTHS[moment.month - 1]} {moment.year}"
 
 

@@ -1,4 +1,4 @@
-"""Look at a specimen through the microscope: tilt and rotation of the stage, magnification, field of view."""
+"""View of a specimen through the microscope: tilt and rotation of the stage, magnification, field of view."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAGNIFICATIONS: Final = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
-    """Hold where the beam comes from and what the image shows.
+    """Direction of the beam, and field of view.
 
     Attributes
     ----------
