@@ -1,4 +1,4 @@
-"""Hold the commands that take several runs, or one that is over; `app.cli.main` gives them their names."""
+"""Commands for several runs, or for a finished one; `app.cli.main` registers them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When this process began, on the clock of `perf_counter`: what a command took counts from there."""
+"""Start of this process on the clock of `perf_counter`, from which the duration of a command counts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Final
 
 
 def _age() -> float:
-    """Return how long ago this process began [s]; but on Linux, what it waited for until now is left out."""
+    """Return the age of this process [s]; where it is not known, the CPU time that it used."""
     used = time.process_time()
     if sys.platform == "linux":
         with suppress(OSError, ValueError, IndexError):  # no /proc

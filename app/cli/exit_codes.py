@@ -1,4 +1,4 @@
-"""Say what the program's exit codes mean."""
+"""Exit codes of the program."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _BY_STATE: Final = {"failed": SOLVER_FAILED, "cancelled": INTERRUPTED}
 
 
 def exit_code(result: RunResult) -> int:
-    """Return the exit code of a run: an outcome with data is a success, whatever ended it."""
+    """Return the exit code of a run: 0 for any outcome with data."""
     if result.outcome in _CUT_SHORT and not result.figures:
         return NO_DATA
     return _BY_OUTCOME.get(result.outcome, 0)
 
 
 def job_exit_code(job: Job) -> int:
-    """Return the exit code of a job that has ended: that of its test, where it had one."""
+    """Return the exit code of a job that has ended: that of its test, if it has one."""
     if job.state in _BY_STATE:
         return _BY_STATE[job.state]
     if job.end in _CUT_SHORT and not job.progress.rows:

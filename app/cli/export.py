@@ -1,4 +1,4 @@
-"""Export the logs of a run from the command line."""
+"""The command `knitlab export`."""
 
 from __future__ import annotations
 

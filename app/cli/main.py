@@ -1,4 +1,4 @@
-"""Open the command-line door: results to stdout, progress and complaints to stderr.
+"""Command line: results to stdout, progress and errors to stderr.
 
 Heavy modules are imported inside the commands, so that `knitlab --help` answers at once.
 """
@@ -67,18 +67,18 @@ def main() -> None:
         complain(f"{error.filename}: {error.strerror}")
         sys.exit(UNWRITABLE)
     except OSError as error:
-        # Files are named by who writes them; what is not is what the program prints.
+        # Errors of files carry a name; without one it is stdout.
         name = error.filename or ("output" if is_unwritable(error) else "")
         complain(f"{name}{': ' if name else ''}{error.strerror.lower() if error.strerror else error}")
         sys.exit(UNWRITABLE if is_unwritable(error) else USAGE)
 
 
 def _flush() -> None:
-    """Bring what was printed to where it goes: else a full disk shows when the program has ended, as a traceback."""
+    """Flush stdout now: otherwise a full disk is reported at exit, as a traceback."""
     try:
         sys.stdout.flush()
     except OSError:
-        # What is left is dropped, or it would be tried once more.
+        # The rest is dropped, or Python would try again at exit.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.close(nowhere)
@@ -101,7 +101,7 @@ def _root(
         bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
-    """Take the options that stand before a command."""
+    """Register the options that come before a command."""
 
 
 @knitlab.command(

@@ -1,4 +1,4 @@
-"""Add the commands that talk to a service."""
+"""Commands that talk to a service."""
 
 from __future__ import annotations
 
@@ -242,7 +242,7 @@ def _print_job(job: Job, text: str, *, as_json: bool) -> None:
 
 
 def _follow(client: Client, job: Job, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
-    """Follow a job to its end, fetch its logs, and leave with the exit code of its test."""
+    """Follow a job to its end, fetch its logs, and exit with the code of its test."""
     from app.cli.exit_codes import job_exit_code  # noqa: PLC0415
     from app.cli.tables import Bar, jobs_data  # noqa: PLC0415
     from app.cli.watching import fetch_logs, watch_job  # noqa: PLC0415

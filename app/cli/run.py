@@ -1,4 +1,4 @@
-"""The commands that run a protocol, and go on with a run that was killed."""
+"""Commands that run a protocol, and resume a run that was killed."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def resume(
 
 
 def _end(name: str, result: RunResult) -> NoReturn:
-    """Say how a run ended that did not meet its target, and leave with its exit code."""
+    """Report an outcome other than `target`, and exit with the run's code."""
     hint = f"; go on with: knitlab resume {result.folder}" if result.outcome == "abort" else ""
     if result.outcome != "target":
         complain(f"{name}: {result.outcome}: {result.message}{hint}")

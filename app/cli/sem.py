@@ -1,4 +1,4 @@
-"""Offer the command `knitlab images`."""
+"""The command `knitlab images`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Open the service's commands; `app.cli.main` takes them in."""
+"""Commands of the service; `app.cli.main` registers them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def worker(
 
     def leave(*_: object) -> None:
         nonlocal told
-        if told:  # the second time it is meant, even if the database is away
+        if told:  # a second signal ends it at once, even if the database does not answer
             os._exit(1)
         told = True
 

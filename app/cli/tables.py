@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Bar:
-    """Show how far a run is, on stderr.
+    """Progress bar of a run, on stderr.
 
     Parameters
     ----------

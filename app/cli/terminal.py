@@ -1,4 +1,4 @@
-"""What the commands share: their commonest arguments, and how they complain."""
+"""Arguments that commands share, and how they report errors and warnings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Chosen = Annotated[
 
 
 def values_of(chosen: list[str] | None) -> dict[str, Data]:
-    """Return values of parameters from the words of a command line.
+    """Parse values of parameters given on the command line.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def complain(message: str) -> None:
 
 
 def complain_of(error: KnitlabError) -> None:
-    """Print what is wrong, one line each, of many the first twenty."""
+    """Print the errors, one line each, at most the first twenty."""
     every = [error, *error.more] if isinstance(error, SpecificationError) else [error]
     for one in every[:MOST_MISTAKES]:
         complain(str(one))

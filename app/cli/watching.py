@@ -75,7 +75,7 @@ def fetch_logs(client: Client, job: str, folder: Path, *, everything: bool = Fal
 
 
 def _inside(name: str) -> Path:
-    """Return a file's path within a folder; what a service says is not taken on trust."""
+    """Return a file's path within a folder; a path from a service that leads outside is refused."""
     plain = PurePosixPath(name)
     if plain.is_absolute() or ".." in plain.parts or not plain.parts or any(sign in name for sign in "\\:\0"):
         raise ServiceError(502, f"file {name!r}: leads out of the job")
