@@ -1,4 +1,4 @@
-"""Talk to a knitlab service from Python.
+"""Python client of a knitlab service.
 
 Examples
 --------

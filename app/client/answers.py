@@ -1,4 +1,4 @@
-"""Hold what a service answers."""
+"""What a service answers, as dataclasses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FINAL: Final = frozenset({"succeeded", "failed", "cancelled"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """Say how far a job is: share done [1], what is being done, strain [1] and force [N] by axis, time left [s].
+    """Progress of a job: share done [1], current activity, strain [1] and force [N] by axis, time left [s].
 
     `crossings` says where a fibre passed a limit of its material: row, time [s], strain [1], and `text` for people.
     """
@@ -30,7 +30,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """Show a job as it was at one moment.
+    """State of a job at one moment.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """Hold some jobs, newest first, and the cursor of the next page; None at the end."""
+    """Some jobs, newest first, and the cursor of the next page; None at the end."""
 
     jobs: tuple[Job, ...]
     cursor: str | None
@@ -78,7 +78,7 @@ class Page:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class File:
-    """Describe a file of a job: its path within the job, its size [bytes] and what it holds."""
+    """A file of a job: its path within the job, its size [bytes] and what it holds."""
 
     name: str
     size: int
@@ -87,7 +87,7 @@ class File:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Hold an event of a stream: `state` (a job), `progress` or `rows`, and the id to go on from."""
+    """Event of a stream: `state` (a job), `progress` or `rows`, and the id from which to continue."""
 
     kind: str
     data: Mapping[str, Any]
@@ -110,5 +110,5 @@ def file_of(data: Mapping[str, Any]) -> File:
 
 
 def _known(kind: type, data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields that this client knows: a newer service may say more."""
+    """Return the fields that this client knows; a newer service may send more."""
     return {one.name: data[one.name] for one in fields(kind) if one.name in data}

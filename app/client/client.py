@@ -1,4 +1,4 @@
-"""Talk to a service over HTTP."""
+"""HTTP client of a service."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _QUIET: Final = 60.0
 
 
 class Client:
-    """Talk to a service.
+    """Client of a knitlab service.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Client:
         memory: int | None = None,
         pictures: bool = True,
     ) -> Job:
-        """Submit a protocol, once even if the answer is lost on the way.
+        """Submit a protocol, once even if the connection breaks before the answer.
 
         Parameters
         ----------
@@ -158,11 +158,11 @@ class Client:
         return job_of(self._json("POST", f"/v1/jobs/{_safe(job)}/cancel"))
 
     def pause(self, job: str) -> Job:
-        """Ask a job to rest at its checkpoint."""
+        """Pause a job at its checkpoint."""
         return job_of(self._json("POST", f"/v1/jobs/{_safe(job)}/pause"))
 
     def resume(self, job: str) -> Job:
-        """Let a paused job go on."""
+        """Resume a paused job."""
         return job_of(self._json("POST", f"/v1/jobs/{_safe(job)}/resume"))
 
     def delete(self, job: str) -> None:
@@ -174,7 +174,7 @@ class Client:
         return tuple(file_of(one) for one in self._json("GET", f"/v1/jobs/{_safe(job)}/files")["files"])
 
     def download(self, job: str, name: str, path: Path) -> Path:
-        """Fetch a file of a job; it stands at `path` whole or not at all."""
+        """Fetch a file of a job to `path`, atomically."""
         return self._fetch(f"/v1/jobs/{_safe(job)}/files/{quote(name)}", path)
 
     def log(self, job: str, dialect: str, path: Path) -> Path:
@@ -217,7 +217,7 @@ class Client:
     def _post_once(
         self, path: str, body: object, key: str | None, asked: Mapping[str, str], *, patience: float = 0.0
     ) -> Any:  # noqa: ANN401 (what JSON holds)
-        """Post a body under an idempotency key, again if the connection breaks: the service takes it once.
+        """Post a body under an idempotency key, and retry if the connection breaks: it is accepted once.
 
         Where an answer may take long, `patience` [s] goes before the client's own.
         """
@@ -243,7 +243,7 @@ class Client:
             raise UnreachableError(self.server, "what answers is not knitlab") from error
 
     def _send(self, method: str, path: str, **given: Any) -> httpx.Response:  # noqa: ANN401 (what a request may have)
-        """Return an answer that refuses nothing."""
+        """Send a request and return the answer; raise if it is a refusal."""
         try:
             response = self._http.request(method, path, **given)
         except httpx.TransportError as error:
@@ -252,7 +252,7 @@ class Client:
         return response
 
     def _fetch(self, path: str, target: Path, params: Mapping[str, str] | None = None) -> Path:
-        """Write an answer to a file, whole or not at all."""
+        """Write an answer to a file, atomically."""
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
             with self._http.stream("GET", path, params=params) as response:
@@ -265,19 +265,19 @@ class Client:
 
 
 def _envelope(protocol: str, name: str, materials: str) -> dict[str, Any]:
-    """Return a protocol with what belongs to it."""
+    """Return a protocol with its name and materials as the body of a request."""
     return {"protocol": protocol, "name": name, **({"materials": materials} if materials else {})}
 
 
 def _limits(timeout: float | None, memory: int | None, *, pictures: bool) -> dict[str, str]:
-    """Return what a submission asks for in its query; what it leaves out is the service's to say."""
+    """Return the query parameters of a submission; those left out are the service's defaults."""
     asked = {} if timeout is None else {"timeout": repr(float(timeout))}
     asked |= {} if memory is None else {"memory": str(memory)}
     return asked if pictures else {**asked, "pictures": "false"}
 
 
 def _check(response: httpx.Response) -> None:
-    """Raise what an answer refuses."""
+    """Raise if an answer is a refusal."""
     if response.is_success:
         return
     response.read()
@@ -290,10 +290,10 @@ def _check(response: httpx.Response) -> None:
 
 
 def _safe(job: str) -> str:
-    """Return an id as one part of a path."""
+    """Return an id quoted as one part of a path."""
     return quote(job, safe="")
 
 
 def _reason(error: Exception) -> str:
-    """Return why a connection failed, in few words."""
+    """Return the reason why a connection failed, in few words."""
     return (str(error) or type(error).__name__).lower()
