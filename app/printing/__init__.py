@@ -1,4 +1,4 @@
-"""Make a knit's surface, check that a printer can make it, and write it for the printer.
+"""Surface of a knit for a 3D printer: meshes, checks, files, layers.
 
 printers  what a printer can resolve
 surface   one closed tube along a polyline
@@ -8,10 +8,10 @@ checks    found and allowed, one row each
 files     STL and 3MF
 slices    sections, layer by layer
 sheets    ... as pictures
-job       all of it, for the doors
+job       all of it, for the command line
 show      the outcome as a table or plain data
 
-Lengths are in mm here and on the way to the files, which know no other unit; what comes in is in SI.
+Lengths are in mm, as in the files; specimens come in SI.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _PACKAGES: Final = ("trimesh", "lxml", "networkx")
 
 
 def require_extra() -> None:
-    """Refuse to go on without the packages of the extra ``printing``.
+    """Raise unless the packages of the extra ``printing`` are installed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Check a knit's surface: whole, clear of itself, and within what the printer can make."""
+"""Checks of a knit's surface: closed, clear of itself, and within the printer's limits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """Hold one figure beside what is allowed.
+    """A figure beside its allowed range.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Check:
 
 
 def surface_checks(fibres: Sequence[Fibre], chord_error: float) -> list[Check]:
-    """Check that each fibre's surface is one whole, closed, outward tube of the right volume.
+    """Check that each fibre's surface is one closed, manifold, outward tube of the right volume.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def printer_checks(fibres: Sequence[Fibre], printer: PrinterData, clearance: flo
 
 
 def _edge_faults(mesh: trimesh.Trimesh) -> tuple[int, int]:
-    """Return how many edges have not two faces, and how many have two that run along it the same way."""
+    """Return how many edges lack two faces, and how many have two faces of the same direction."""
     inverse = mesh.edges_unique_inverse
     faces = np.bincount(inverse)
     forward = mesh.edges[:, 0] < mesh.edges[:, 1]
@@ -137,17 +137,17 @@ def _pieces(mesh: trimesh.Trimesh) -> int:
 
 
 def _farthest(values: Sequence[float], middle: float) -> float:
-    """Return the value that is farthest from the middle of what is allowed."""
+    """Return the value that is farthest from the middle of the allowed range."""
     return max(values, key=lambda value: abs(value - middle))
 
 
 def _volume_share(fibre: Fibre) -> float:
-    """Return the volume of a mesh in terms of its tube's, area times length of the smooth centreline."""
+    """Return the volume of a mesh relative to its tube's, area times length of the smooth centreline."""
     return float(fibre.mesh.volume) / (math.pi * fibre.radius**2 * smooth_length(fibre.points))
 
 
 def smooth_length(points: FloatArray) -> float:
-    """Return the length of the smooth curve through points: each chord and the arc it misses, ``k² c³/24``."""
+    """Return the length of the smooth curve through points: each chord and its arc's excess, ``k² c³/24``."""
     chords = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     bend = 1.0 / bend_radii(points)
     if not len(bend):

@@ -1,4 +1,4 @@
-"""Make the surface of every fibre of a specimen, as fine as a printer needs it."""
+"""Surfaces of a specimen's fibres, as fine as a printer needs them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LOOKS_PER_DIAMETER: Final = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fibre:
-    """Hold one fibre and its surface.
+    """A fibre and its surface.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Fibre:
 
 
 def specimen_fibres(specimen: Specimen, chord_error: float) -> tuple[Fibre, ...]:
-    """Make the surface of a specimen as it is printed, its lowest corner at the origin of the tray.
+    """Make the surface of a specimen as printed, its lowest corner at the origin of the tray.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def ring_arcs(
     *,
     twist: float = 0.0,
 ) -> FloatArray:
-    """Return where along a yarn the rings of its tubes must stand, closer together where they bend more.
+    """Return the arc lengths of a tube's rings along a yarn, closer together where it bends more.
 
     On frames that do not turn about the curve, the edges along a tube are chords of curves parallel to it: between
     rings ``ds`` apart they miss it by ``ds² k (1 + k r)/8`` on the outer side of a bend, and less on the inner one.
@@ -162,7 +162,7 @@ def _rings_between(points: FloatArray, radius: float, chord_error: float) -> Flo
 
 
 def _budget(rings: int, sides: int) -> None:
-    """Refuse more triangles than there is room for."""
+    """Raise if a mesh would have more triangles than are allowed."""
     triangles = 2 * rings * sides
     if triangles > MOST_TRIANGLES:
         allowed = f"at most {MOST_TRIANGLES} triangles: a smaller knit or a larger chord error"

@@ -1,4 +1,4 @@
-"""Write a knit's surface for a printer: binary STL and 3MF, both in mm."""
+"""Files of a knit's surface for a printer: binary STL and 3MF, both in mm."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Measure on the meshes themselves how far their surfaces stay from each other.
+"""Least distance between surfaces, measured on the meshes.
 
-This is the second opinion on `knitlab_core.knits.distance`, which knows the curve but no mesh: here the meshes
-are all that is looked at. Parts of one fibre with less yarn between them than half the circle of its tightest
+An independent check of `knitlab_core.knits.distance`, which measures the curve: here only the meshes are
+used. Parts of one fibre with less yarn between them than half the circle of its tightest
 bend are always near each other and are left out, as there.
 """
 
@@ -29,7 +29,7 @@ _REFINED = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Rings:
-    """Hold the rings of all meshes: corners (m, sides, 3), centres (m, 3), fibre and arc length of each (m,)."""
+    """Rings of all meshes: corners (m, sides, 3), centres (m, 3), fibre and arc length of each (m,)."""
 
     corners: FloatArray
     centres: FloatArray
@@ -67,7 +67,7 @@ def mesh_gap(fibres: Sequence[Fibre]) -> float:
 
 
 def _rings(fibres: Sequence[Fibre]) -> _Rings:
-    """Take the rings off the meshes."""
+    """Return the rings of the meshes."""
     sides = fibres[0].sides
     corners = [np.asarray(one.mesh.vertices)[: len(one.points) * sides].reshape(-1, sides, 3) for one in fibres]
     centres = [ring.mean(axis=1) for ring in corners]
@@ -82,7 +82,7 @@ def _rings(fibres: Sequence[Fibre]) -> _Rings:
 
 
 def _near_pairs(rings: _Rings, apart: float) -> NDArray[np.int64]:
-    """Return the pairs of rings (k, 2) that can hold the least distance: within a spacing of the least of centres."""
+    """Return the pairs of rings (k, 2) whose distance can be the least: within a spacing of the least of centres."""
     tree = cKDTree(rings.centres)
     extent = float(np.linalg.norm(np.ptp(rings.centres, axis=0)))
     reach = 4.0 * rings.spacing
@@ -104,7 +104,7 @@ def _near_pairs(rings: _Rings, apart: float) -> NDArray[np.int64]:
 
 
 def _to_axis(rings: _Rings, pairs: NDArray[np.int64]) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return which corner of each pair's first ring is nearest to the second one's axis, and how near, (k,)."""
+    """Return the corner of each pair's first ring that is nearest to the second one's axis, and its distance, (k,)."""
     centre = rings.centres[pairs[:, 1]]
     before, after = (rings.centres[_neighbour(rings, pairs[:, 1], step)] for step in (-1, 1))
     half = 0.5 * np.linalg.norm(after - before, axis=-1)[:, None]

@@ -1,4 +1,4 @@
-"""Do what the doors ask for: check a protocol's knit for a printer and write what the printer takes."""
+"""Entry points of printing: check a protocol's knit for a printer and write the printer's files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _SURFACE, _CHECKED, _WRITTEN = 0.15, 0.4, 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """Say what to make.
+    """Which files to write.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Print:
-    """Say what a knit is like to print.
+    """Result of the checks of a knit, and its files.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def print_knit(
 
 
 def _gap(specimen: Specimen) -> float:
-    """Return the least gap by the centreline, inside the yarn and between yarns, here seen as round [m]."""
+    """Return the least gap by the centreline, inside the yarn and between yarns, taken as round [m]."""
     if specimen.yarn.fibres == 1:
         return specimen.clearance
     gaps = check_fibres(specimen.centreline, specimen.yarn, loop_width=specimen.loop_width)
@@ -182,7 +182,7 @@ def _slice(
     wanted: Wanted,
     progress: Callable[[float, str], None],
 ) -> tuple[Check, list[Path]]:
-    """Cut layers: their volume beside the mesh's, and pictures."""
+    """Slice into layers: their volume beside the mesh's, and pictures."""
     bounds = fibres[0].mesh.bounds.copy()
     for fibre in fibres[1:]:
         bounds[1] = bounds[1].clip(min=fibre.mesh.bounds[1])

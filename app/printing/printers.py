@@ -1,4 +1,4 @@
-"""Find printers by name, and read their numbers."""
+"""Printers by name, and their data files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Show layers as pictures: single ones to scale, and a sheet of some of them."""
+"""Pictures of layers: single ones to scale, and a sheet of several."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _DPI = 200
 
 
 class Window(NamedTuple):
-    """Say which part of the tray a picture shows [mm] and how finely."""
+    """Part of the tray that a picture shows [mm], and its resolution."""
 
     width: float
     height: float
@@ -59,7 +59,7 @@ def window(bounds: FloatArray, pixel: float) -> Window:
 
 
 def raster(layer: Layer, view: Window) -> NDArray[np.bool_]:
-    """Fill a layer's outline: a pixel is on if its middle is inside, first row at the top.
+    """Rasterise a layer's outline: a pixel is on if its middle is inside, first row at the top.
 
     Each piece of outline adds its sense to the pixels right of where it crosses their row's middle; where the sum
     is above 0 there is material, once or, where fibres overlap, more often.
@@ -137,7 +137,7 @@ def write_sheet(layers: Sequence[Layer], view: Window, path: Path, title: str) -
 
 
 def _fill(axes: Axes, layer: Layer, view: Window) -> None:
-    """Show a layer's pixels at their place on the tray."""
+    """Draw a layer's pixels at their place on the tray."""
     from matplotlib.colors import ListedColormap  # noqa: PLC0415 (as above)
 
     rows, columns = view.shape

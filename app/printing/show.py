@@ -1,4 +1,4 @@
-"""Show what a knit is like to print: in a terminal, or as plain data."""
+"""Output of a print check: tables in a terminal, or plain data."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _numbers(printer: PrinterData) -> Iterator[tuple[str, Datum]]:
 
 
 def _check_data(check: Check) -> dict[str, Any]:
-    """Return a check as plain data; lengths in m, bounds that are not there as null."""
+    """Return a check as plain data; lengths in m, missing bounds as null."""
     scale = 1e-3 if check.unit == "mm" else 1.0
     found, least, most = (scale * one if isfinite(one) else None for one in (check.found, check.least, check.most))
     return {

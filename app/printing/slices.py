@@ -1,4 +1,4 @@
-"""Cut a knit's surface into the layers a printer lays."""
+"""Slicing of a knit's surface into the layers of a printer."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Layer:
-    """Hold the section through the middle of a layer.
+    """Section through the middle of a layer.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Layer:
 
 
 class _Stack:
-    """Hold the triangles of a mesh from the lowest up, so that a cut need not look at all of them."""
+    """Triangles of a mesh sorted by height, so that a cut visits few of them."""
 
     def __init__(self, mesh: trimesh.Trimesh) -> None:
         self._vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
@@ -58,7 +58,7 @@ class _Stack:
         self._tallest = float((self._top - self._low).max())
 
     def cut(self, height: float) -> FloatArray:
-        """Return the outline (k, 2, 2) at a height, material on its left."""
+        """Return the outline (k, 2, 2) at a height, with the material on its left."""
         first, last = np.searchsorted(self._low, height - self._tallest), np.searchsorted(self._low, height, "right")
         near = self._faces[first:last][self._top[first:last] >= height]
         if not len(near):
@@ -70,7 +70,7 @@ class _Stack:
 
 
 class Slicer:
-    """Cut fibres at any height; their triangles are sorted by height once.
+    """Slicer of fibres at any height; triangles are sorted by height once.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Slicer:
 def sliced_volume(
     slicer: Slicer, most_layers: int, progress: Callable[[float], None]
 ) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Sum the areas of layers times the height they stand for: a volume that no volume formula of the mesh enters.
+    """Sum the areas of layers times their height, a volume independent of the mesh's volume formula.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _outward(triangles: FloatArray) -> FloatArray:
 
 
 def _turned(lines: FloatArray, outward: FloatArray) -> FloatArray:
-    """Turn pieces of outline (k, 2, 2) so that outward is to their right."""
+    """Orient pieces of outline (k, 2, 2) so that outward is to their right."""
     way = lines[:, 1] - lines[:, 0]
     wrong = way[:, 1] * outward[:, 0] - way[:, 0] * outward[:, 1] < 0.0
     return np.where(wrong[:, None, None], lines[:, ::-1], lines)

@@ -1,4 +1,4 @@
-"""Sweep a circle along a polyline: a closed tube of triangles.
+"""Sweep of a circle along a polyline: a closed tube of triangles.
 
 `app.views.tubes` hands pictures a centreline and leaves the tube to VTK, which neither bounds its error nor runs
 without the extra for pictures; nothing of it fits here.
@@ -55,7 +55,7 @@ def bend_radii(points: FloatArray) -> FloatArray:
 
 
 def frames(points: FloatArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two unit normals per point that turn about the curve as little as possible.
+    """Return two unit normals per point with the least rotation about the curve.
 
     Any normals are laid down first, then turned by the sum of the angles at which the double reflection of
     one misses the next: no loop, and no flip, for a normal's own choice cancels.
