@@ -1,4 +1,4 @@
-"""Run tests as jobs: a durable queue, and a process for each job.
+"""Tests as jobs: a durable queue, and a process for each job.
 
 jobs        what a job is, and the seam `JobStore` that the doors talk to
 settings, address  where the data and the database are, from the environment; where the service is

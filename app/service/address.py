@@ -1,4 +1,4 @@
-"""Say where a service is, unless it is told otherwise."""
+"""Default address of a service."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Put jobs into DBOS's queue, and take back those of dead workers.
+"""Deliveries of jobs in DBOS's queue, and recovery of those of dead workers.
 
 DBOS owns the queue: order, who takes what, and that what a dead process had is handed out again.
 A *delivery* is one DBOS workflow, ``<job>.<number>``: its id says all, it carries no data. Everything
@@ -51,7 +51,7 @@ def delivery_id(job: str, number: int) -> str:
 
 
 def read_delivery_id(delivery: str) -> tuple[str, int]:
-    """Return job and number of a delivery.
+    """Return job and number from the id of a delivery.
 
     Examples
     --------
@@ -63,13 +63,13 @@ def read_delivery_id(delivery: str) -> tuple[str, int]:
 
 
 def open_client(engine: sa.Engine, url: str) -> DBOSClient:
-    """Bring DBOS's tables up to date and return a client on our connections."""
+    """Migrate DBOS's tables and return a client on our connections."""
     DBOS.migrate(url)
     return DBOSClient(system_database_engine=engine, application_name=APPLICATION)
 
 
 def enqueue(client: DBOSClient, connection: sa.Connection, delivery: str, priority: int) -> None:
-    """Put a delivery into the queue, within the caller's transaction."""
+    """Enqueue a delivery within the caller's transaction."""
     client.enqueue_in_transaction(
         connection,
         {
@@ -83,7 +83,7 @@ def enqueue(client: DBOSClient, connection: sa.Connection, delivery: str, priori
 
 
 def enqueue_alike(client: DBOSClient, connection: sa.Connection, first: str, others: sa.Select[str]) -> None:
-    """Put in more deliveries like the first, which DBOS has put in: the same rows under other ids.
+    """Enqueue more deliveries like the first that DBOS enqueued: the same rows under other ids.
 
     One statement for all of them, where DBOS's own way takes a millisecond each.
     """
@@ -96,14 +96,14 @@ def enqueue_alike(client: DBOSClient, connection: sa.Connection, first: str, oth
 
 
 def take_back(client: DBOSClient, worker: str) -> int:
-    """Queue again what a dead worker had taken; harmless if somebody else was quicker."""
+    """Return to the queue what a dead worker had taken; harmless if another worker did so before."""
     database = client._sys_db  # noqa: SLF001 (no public call: their paid service does it)
     taken = database.get_pending_workflows(worker, VERSION)
     return sum(database.reenqueue_for_recovery(entry.workflow_id, [worker], QUEUE) for entry in taken)
 
 
 def takers(client: DBOSClient) -> set[str]:
-    """Return the ids of all workers that have taken a delivery and not ended it."""
+    """Return the ids of all workers with deliveries that have not ended."""
     status, _ = _tables(client)
     query = sa.select(status.c.executor_id).where(status.c.queue_name == QUEUE, status.c.status == "PENDING")
     with _database(client).begin() as connection:
@@ -111,7 +111,7 @@ def takers(client: DBOSClient) -> set[str]:
 
 
 def forgotten(client: DBOSClient, rows: sa.Select[RowT], delivery: sa.ColumnElement[str]) -> list[sa.Row[RowT]]:
-    """Return those rows whose delivery neither waits in the queue nor is being worked on."""
+    """Return the rows whose delivery is neither queued nor being worked on."""
     status, _ = _tables(client)
     alive = status.c.status.in_(_ALIVE)
     query = rows.where(~sa.exists().where(status.c.workflow_uuid == delivery, alive))
@@ -132,7 +132,7 @@ def forget_ended(client: DBOSClient, before: float) -> int:
 
 
 def _database(client: DBOSClient) -> sa.Engine:
-    """Return DBOS's view of our engine, which knows its schema."""
+    """Return DBOS's database object on our engine, with its schema."""
     return client._sys_db.engine  # noqa: SLF001 (see the module)
 
 
@@ -142,7 +142,7 @@ def _tables(client: DBOSClient) -> tuple[sa.Table, sa.Table]:
 
 
 def listen(work: Callable[[str], None], engine: sa.Engine, url: str, worker: str, slots: int) -> None:
-    """Begin to take deliveries, as many at once as there are slots; each is worked on in a thread of its own.
+    """Start to take deliveries, one a slot; each is worked on in a thread of its own.
 
     What a worker of the same id had taken when it died is handed out again.
     """
@@ -171,5 +171,5 @@ def listen(work: Callable[[str], None], engine: sa.Engine, url: str, worker: str
 
 
 def stop_listening(seconds: int) -> None:
-    """Take no more deliveries, and wait so long for those at work to end."""
+    """Take no more deliveries, and wait a given time for those running."""
     DBOS.destroy(destroy_registry=True, workflow_completion_timeout_sec=seconds)

@@ -1,4 +1,4 @@
-"""Name what can go wrong between a client and a service.
+"""Errors between a client and a service.
 
 KnitlabError
 ├── ServiceError        the service refused, or failed
@@ -11,7 +11,7 @@ from knitlab_core.errors import KnitlabError
 
 
 class ServiceError(KnitlabError):
-    """Report a problem that a service answered with.
+    """A service answered with a problem.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class ServiceError(KnitlabError):
 
 
 class UnreachableError(KnitlabError):
-    """Report that no service answered.
+    """No service answered.
 
     Parameters
     ----------

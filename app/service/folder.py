@@ -1,4 +1,4 @@
-"""Keep a job's files: what was asked, how far it is, what it said, how it ended.
+"""Files of a job: spec, progress, rows, log, lock, result.
 
 protocol.yaml, spec.json  what was asked, for people and for the process
 run/                      the run folder: run.h5, checkpoint, logs, plots
@@ -31,12 +31,12 @@ _DataT = TypeVar("_DataT", JobSpec, Progress, "Result")
 
 
 class LockedError(Exception):
-    """Report that another process works in the folder."""
+    """Another process works in the folder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """Say how a job's process ended its work.
+    """How a job's process ended its work.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Result:
 
 
 class JobFolder:
-    """Read and write the files of one job.
+    """Folder of one job, with its files.
 
     Parameters
     ----------
@@ -69,32 +69,32 @@ class JobFolder:
         self.rows_file = path / "rows.jsonl"
 
     def write_spec(self, spec: JobSpec) -> None:
-        """Write down what was asked."""
+        """Write the spec of the job."""
         self.path.mkdir(parents=True, exist_ok=True)
         write_whole(self.path / "protocol.yaml", [spec.protocol.encode()])
         write_whole(self.path / "spec.json", [spec.text().encode()])
 
     def read_spec(self) -> JobSpec:
-        """Return what was asked."""
+        """Return the spec of the job."""
         return read_as(JobSpec, (self.path / "spec.json").read_bytes())
 
     def write_progress(self, progress: Progress, ran: float) -> None:
-        """Say how far the job is and how long it has run, all attempts together [s]."""
+        """Write the progress of the job and its run time over all attempts [s]."""
         # Not synchronised to disk: after a power cut the next attempt says it anew.
         temporary = self.path / f".progress-{os.getpid()}.json"
         temporary.write_text(json.dumps({**asdict(progress), "ran": ran}), encoding="utf-8")
         temporary.replace(self.path / "progress.json")
 
     def progress(self) -> Progress:
-        """Return how far the job is."""
+        """Return the progress of the job."""
         return read_as(Progress, self._progress())
 
     def ran(self) -> float:
-        """Return how long the job has run so far [s]."""
+        """Return the run time of the job so far [s]."""
         return float(json.loads(self._progress()).get("ran", 0.0))
 
     def _progress(self) -> bytes:
-        """Return what the file says; nothing if it cannot be read: how far a job is, is no matter of life and death."""
+        """Return the content of the progress file; empty if it cannot be read, for progress is not essential."""
         with suppress(OSError, json.JSONDecodeError):
             data = (self.path / "progress.json").read_bytes()
             json.loads(data)
@@ -102,7 +102,7 @@ class JobFolder:
         return b"{}"
 
     def rows(self, since: int = 0, limit: int = 1000) -> list[dict[str, Any]]:
-        """Return the equilibria from number `since` on, at most so many, in the order of time.
+        """Return at most a given number of equilibria from number `since` on, in the order of time.
 
         Each has ``row`` (its number, from 0), ``time`` [s], ``phase``, ``cycle``, ``tag``, and per driven axis
         ``strain`` [1], ``displacement`` [m] and ``force`` [N].
@@ -117,7 +117,7 @@ class JobFolder:
         return found
 
     def write_result(self, result: Result) -> None:
-        """Say how the job ended; the first to say so is right."""
+        """Write how the job ended; the first result stays."""
         whole = write_whole(self.path / f".result-{os.getpid()}.json", [json.dumps(asdict(result)).encode()])
         try:
             with suppress(FileExistsError):
@@ -126,7 +126,7 @@ class JobFolder:
             whole.unlink()
 
     def result(self) -> Result | None:
-        """Return how the job ended; None while it has not."""
+        """Return how the job ended; None if it has not."""
         try:
             return read_as(Result, (self.path / "result.json").read_bytes())
         except FileNotFoundError:
@@ -134,7 +134,7 @@ class JobFolder:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Hold the folder; the lock goes with the process, however that ends.
+        """Lock the folder; the system releases the lock when the process ends.
 
         Raises
         ------
@@ -151,7 +151,7 @@ class JobFolder:
             yield
 
     def holder(self) -> int | None:
-        """Return the process on this host that holds the lock; None if nobody does, or one elsewhere."""
+        """Return the process on this host that holds the lock; None if there is none, or it is elsewhere."""
         try:
             with (self.path / "lock").open("rb") as file:
                 try:
@@ -165,6 +165,6 @@ class JobFolder:
 
 
 def read_as(kind: type[_DataT], data: bytes | str) -> _DataT:
-    """Return what JSON says of a dataclass's fields; a newer build may have said more."""
+    """Parse JSON into a dataclass; fields of a newer version are ignored."""
     known = {field.name for field in fields(kind)}
     return kind(**{name: value for name, value in json.loads(data).items() if name in known})

@@ -1,4 +1,4 @@
-"""Beat, notice workers whose heart has stopped, and queue again what nobody works on."""
+"""Heartbeats of workers, and recovery of jobs whose worker is dead."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _log: Final = logging.getLogger(__name__)
 
 
 class Pulse:
-    """Keep a worker alive in the store.
+    """Heartbeat of a worker in the store.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Pulse:
         self._thread.start()
 
     def stop(self) -> None:
-        """Leave the store; what is still taken counts as a dead worker's."""
+        """Leave the store; deliveries still taken count as a dead worker's."""
         self._stopped.set()
         if self._thread is not threading.current_thread():
             self._thread.join()
@@ -86,7 +86,7 @@ class Pulse:
 
 
 def bury(store: Store) -> int:
-    """Queue again what workers took that are silent for longer than their lease or unknown; return how much."""
+    """Requeue the deliveries of workers that are unknown or silent for longer than their lease; return how many."""
     with store.engine.begin() as connection:
         connection.execute(sa.delete(workers).where(workers.c.until < database_now(store.engine)))
         living = set(connection.scalars(sa.select(workers.c.id)))
@@ -97,7 +97,7 @@ def bury(store: Store) -> int:
 
 
 def adopt(store: Store) -> int:
-    """Queue again jobs that the queue no longer knows, as after a fault of the service; return how many."""
+    """Requeue jobs that the queue has lost, as after a fault of the service; return how many."""
     rows = sa.select(jobs.c.id, jobs.c.delivery).where(jobs.c.state.in_(_OPEN))
     orphans: list[sa.Row[tuple[str, int]]] = forgotten(
         store.client, rows, jobs.c.id + "." + sa.cast(jobs.c.delivery, sa.Text)
@@ -106,7 +106,7 @@ def adopt(store: Store) -> int:
 
 
 def _adopted(store: Store, job: str, delivery: int) -> bool:
-    """Queue one job again unless something has happened to it since."""
+    """Requeue one job unless it was changed in the meantime."""
     with store.engine.begin() as connection:
         row = hold(connection, job)
         if row is None or row.delivery != delivery or row.state not in _OPEN:

@@ -1,4 +1,4 @@
-"""Delete jobs and their files, and forget what the queue is done with.
+"""Deletion of jobs, their files, and ended deliveries.
 
 A job is deleted in two steps. In one transaction its row goes and a row of `knitlab_deleted` comes: from then on there
 is no such job. Then its folder goes, and is looked for once more later. Whoever dies in between leaves the second row,
@@ -71,7 +71,7 @@ def purge(store: Store, before: float) -> int:
 
 
 def _delete_rows(connection: sa.Connection, ids: Sequence[str]) -> None:
-    """Delete the rows of jobs that this transaction holds, and the keys that stand for nothing without them."""
+    """Delete the rows of jobs that this transaction has locked, and their idempotency keys."""
     now = time.time()
     these = jobs.c.id.in_(ids)
     sweeps = list(connection.scalars(sa.select(jobs.c.sweep).where(these, jobs.c.sweep.is_not(None)).distinct()))
@@ -82,7 +82,7 @@ def _delete_rows(connection: sa.Connection, ids: Sequence[str]) -> None:
 
 
 def clear(store: Store, ids: Sequence[str] | None = None) -> int:
-    """Remove the folders of deleted jobs: of these, or of some whose time has come; return how many were looked for.
+    """Remove the folders of deleted jobs: of given ones, or of some that are due; return how many were looked for.
 
     A folder that cannot be removed is tried again in a minute.
     """
@@ -113,7 +113,7 @@ def clear(store: Store, ids: Sequence[str] | None = None) -> int:
 
 
 class Housekeeping:
-    """Look after a store in a thread: finish deletions, delete old jobs, forget ended deliveries.
+    """Thread that maintains a store: it finishes deletions, deletes old jobs and ended deliveries.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class Housekeeping:
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more, once the part that is being done is done."""
+        """Stop after the part that is being done."""
         self._stopped.set()
         self._thread.join()
 
@@ -153,6 +153,6 @@ class Housekeeping:
         self._while_any(lambda: forget_ended(store.client, now - ENDED))
 
     def _while_any(self, do: Callable[[], int]) -> None:
-        """Do something part by part while there is any of it and the service goes on."""
+        """Repeat an action part by part while it finds something and the service runs."""
         while not self._stopped.is_set() and do():
             pass

@@ -1,4 +1,4 @@
-"""Run one job in a process of its own: take the folder, run or go on, say how it ended.
+"""Process of one job: lock its folder, run or resume its test, write the result.
 
 Kept light: the process imports this first, and the solver only once it holds the folder.
 """
@@ -42,11 +42,11 @@ _SECONDS_BETWEEN_REPORTS: Final = 0.2
 
 
 class StopAskedError(Exception):
-    """Carry the wish to stop out of the solver."""
+    """Stop the solver because the supervisor asked for it."""
 
 
 def work(folder: str, threads: int = 1) -> None:
-    """Work on a job until it ends or is stopped; the result, not the exit code, says how it went.
+    """Work on a job until it ends or is stopped; the result says how, not the exit code.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def work(folder: str, threads: int = 1) -> None:
 
 
 def _work_in(files: JobFolder) -> None:
-    """Work in a job's folder; leave with one of the exit codes where the job has not ended."""
+    """Work in a job's folder; exit with one of the exit codes if the job has not ended."""
     try:
         _say_into(files.log)
         with files.lock():
@@ -109,7 +109,7 @@ def _attempt(files: JobFolder) -> None:
 
 
 def _test(files: JobFolder, watch: _Watch) -> RunResult:
-    """Do what is left of the test after earlier attempts; begin at the beginning if they came to nothing."""
+    """Run or resume the test; start again if earlier attempts left nothing to resume."""
     from app.records.checkpoint import CHECKPOINT  # noqa: PLC0415
     from app.runs.use_cases import resume_run, run_protocol  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
@@ -138,7 +138,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
 
 
 def _look_back(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
-    """Say how far earlier attempts came, and tell whether to the end of the test."""
+    """Report how far earlier attempts came; tell whether the test has ended."""
     from app.records.reader import RunReader  # noqa: PLC0415
 
     record = RunReader(files.run / RECORD)
@@ -153,13 +153,13 @@ def _look_back(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
 
 
 def _end(files: JobFolder, result: Result) -> None:
-    """Say how the job ended: the result first, so that one killed in between does not end twice."""
+    """Write how the job ended, the result first, so that a kill in between does not end it twice."""
     files.write_result(result)
     _log(f"{'failed' if result.failed else 'done'}: {result.end}{': ' if result.message else ''}{result.message}")
 
 
 class _Watch:
-    """Write down rows and progress as they come; raise once somebody wants the job to stop."""
+    """Observer of a run that writes rows and progress, and raises once a stop was asked for."""
 
     def __init__(self, files: JobFolder) -> None:
         self._files = files
@@ -175,11 +175,11 @@ class _Watch:
         self._phase = ""
 
     def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Take note of the signal; the solver is left at the next report."""
+        """Record the signal; the solver is left at the next report."""
         self._stop = True
 
     def row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
-        """Write down an equilibrium."""
+        """Write an equilibrium."""
         if self._rows is None:
             self._rows = RowFile(self._files.rows_file, number)
         self._rows.append(number, row, strain)
@@ -190,7 +190,7 @@ class _Watch:
             _log(f"row {number}: {phase}")
 
     def _note_limits(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
-        """Take down the limits of the material that a row is the first to pass."""
+        """Record the material limits that a row is the first to pass."""
         for limit in self.limits:
             if row.fibre_strain > limit.strain and limit.name not in self.crossings:
                 crossing = limit.crossed(number, row, strain)
@@ -198,7 +198,7 @@ class _Watch:
                 _log(f"row {number}: beyond strength: {crossing}")
 
     def progress(self, share: float, text: str) -> None:
-        """Report how far the job is, now and then, and at the end."""
+        """Write the progress at intervals, and at the end."""
         if self._stop:
             raise StopAskedError
         now = time.monotonic()
@@ -221,7 +221,7 @@ class _Watch:
 
 
 def _say_into(log: Path) -> None:
-    """Send whatever this process prints to the job's log."""
+    """Redirect this process's output to the job's log."""
     descriptor = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
     for stream in (1, 2):
         os.dup2(descriptor, stream)
@@ -235,7 +235,7 @@ def _log(text: str) -> None:
 
 
 def _die_with_parent() -> None:
-    """End with the supervisor: nobody would watch this process any more.
+    """End with the supervisor, without which nothing watches this process.
 
     The parent by kinship is the fork server, so the supervisor's end shows on a pipe only. Its hang-up sends
     SIGIO, whose default is to die: that works while a kernel keeps the interpreter from running.

@@ -1,4 +1,4 @@
-"""Say what a job is, and what a store of jobs does: the seam between the doors and the queue."""
+"""Jobs, and the interface of a store of jobs between API and queue."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GIBIBYTE: Final = 1024**3
 
 
 class UnknownJobError(KnitlabError):
-    """Report that no job has this id."""
+    """No job has this id."""
 
     def __init__(self, job: str) -> None:
         super().__init__(f"job {job!r}: there is none")
@@ -30,7 +30,7 @@ class UnknownJobError(KnitlabError):
 
 
 class NotEndedError(KnitlabError):
-    """Refuse to delete a job that has not ended."""
+    """A job that has not ended cannot be deleted."""
 
     def __init__(self, job: str, state: str) -> None:
         super().__init__(f"job {job!r}: found {state}, allowed succeeded, failed or cancelled; cancel it first")
@@ -38,7 +38,7 @@ class NotEndedError(KnitlabError):
 
 
 class KeyReusedError(KnitlabError):
-    """Refuse an idempotency key that came with another body before."""
+    """An idempotency key came with another body before."""
 
     def __init__(self, key: str) -> None:
         super().__init__(f"idempotency key {key!r}: came with another body before; use a new key for a new job")
@@ -47,7 +47,7 @@ class KeyReusedError(KnitlabError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSpec:
-    """Hold what is asked for.
+    """Specification of a job: protocol, name, materials, limits.
 
     Attributes
     ----------
@@ -71,13 +71,13 @@ class JobSpec:
     pictures: bool = True
 
     def text(self) -> str:
-        """Return what is asked for as JSON."""
+        """Return the specification as JSON."""
         return json.dumps({name: getattr(self, name) for name in sorted(self.__slots__)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """Say how far a job is.
+    """Progress of a job.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """Show a job as it was at one moment.
+    """State of a job at one moment.
 
     Attributes
     ----------
@@ -149,14 +149,14 @@ class Job:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """Hold some jobs, newest first, and the cursor of the next page; None at the end."""
+    """Some jobs, newest first, and the cursor of the next page; None at the end."""
 
     jobs: tuple[Job, ...]
     cursor: str | None
 
 
 class JobStore(Protocol):
-    """Accept jobs and say what became of them; every call may come from any thread."""
+    """Store of jobs; every method may be called from any thread."""
 
     def submit(self, spec: JobSpec, *, key: str | None = None) -> Job:
         """Accept a job durably; the same key and body return the job accepted before.
@@ -197,7 +197,7 @@ class JobStore(Protocol):
         ...
 
     def pause(self, job: str) -> Job:
-        """Ask a queued or running job to rest at its checkpoint; any other stays as it is."""
+        """Pause a queued or running job at its checkpoint; any other stays as it is."""
         ...
 
     def resume(self, job: str) -> Job:
@@ -215,9 +215,9 @@ class JobStore(Protocol):
         ...
 
     def spec(self, job: str) -> JobSpec:
-        """Return what was asked for."""
+        """Return the specification of a job."""
         ...
 
     def folder(self, job: str) -> Path:
-        """Return where the job's files are or will be."""
+        """Return the folder of the job's files."""
         ...

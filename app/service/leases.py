@@ -1,4 +1,4 @@
-"""Hold a job while one delivery of it runs: only the latest holder may settle it."""
+"""Leases of jobs: only the latest holder of a job may end it."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ _SECONDS_BETWEEN_TRIES: Final = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """Say what the store wants of a running job: its owner, its state and whether it shall pause."""
+    """What the store asks of a running job: its owner, its state and whether it is to pause."""
 
     owner: str | None
     state: str
     wanted: str | None
 
     def to(self, owner: str) -> Asked | None:
-        """Return what it asks of a run."""
+        """Return what the order asks of a run."""
         if self.owner != owner:
             return "lost"
         if self.state == "cancelling":
@@ -49,7 +49,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """Stand for the right to run a job.
+    """The right to run a job.
 
     While the database is away its calls wait; once the service leaves they raise what the database raised.
 
@@ -82,19 +82,19 @@ class Claim:
         self._update({"attempts": jobs.c.attempts + 1})
 
     def crashed(self) -> int | None:
-        """Count a crash and return how many there were; None if the job is no longer ours."""
+        """Count a crash and return how many there were; None if the lease is lost."""
         ours = self._update({"crashes": jobs.c.crashes + 1})
         query = sa.select(jobs.c.crashes).where(jobs.c.id == self.job)
         return self.patiently(lambda: self._scalar(query)) if ours else None
 
     def settle(self, result: Result) -> None:
-        """Finish the job for good."""
+        """Record the end of the job."""
         state = "failed" if result.failed else "cancelled" if result.end == "cancelled" else "succeeded"
         settled = {"state": state, "end": result.end, "message": result.message, "finished": time.time()}
         self._update({**settled, "wanted": None, "owner": None})
 
     def release(self) -> None:
-        """Let go of a job that has not ended.
+        """Give up a job that has not ended.
 
         It is cancelled or paused if that is asked; else queued again, before those that have not begun.
         """
@@ -117,11 +117,11 @@ class Claim:
         self.patiently(let_go)
 
     def patiently(self, do: Callable[[], _ResultT]) -> _ResultT:
-        """Do something in the database, again and again while it is away: results do not get lost."""
+        """Retry a database action until the database answers, so that results are not lost."""
         return _patiently(do, self.leaving)
 
     def _update(self, values: dict[str, object]) -> bool:
-        """Change the job if it is still ours."""
+        """Update the job if the lease is still held."""
         mine = sa.update(jobs).where(jobs.c.id == self.job, jobs.c.owner == self.owner)
         running = mine.where(jobs.c.state.in_(("running", "cancelling")))
 
@@ -137,7 +137,7 @@ class Claim:
 
 
 def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None:
-    """Take a delivered job; None if there is nothing left to do for this delivery."""
+    """Take the lease of a delivered job; None if nothing is left to do for this delivery."""
     job, number = read_delivery_id(delivery)
     owner = uuid.uuid4().hex
     this = sa.update(jobs).where(jobs.c.id == job, jobs.c.delivery == number)
@@ -158,7 +158,7 @@ def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None
 
 
 def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
-    """Return what the store wants of jobs that run; one that has been deleted is nobody's."""
+    """Return what the store asks of running jobs; a deleted job has no owner."""
     asked = list(running)
     query = sa.select(jobs.c.id, jobs.c.owner, jobs.c.state, jobs.c.wanted).where(jobs.c.id.in_(asked))
     with store.engine.begin() as connection:
@@ -179,6 +179,6 @@ def _patiently(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of what an error says, without the statement it came from."""
+    """Return the first line of an error's message, without the SQL statement."""
     said = str(getattr(error, "orig", None) or error) or type(error).__name__
     return said.splitlines()[0]

@@ -1,4 +1,4 @@
-"""Write the log of the service: few lines of a kind in a minute, none without end, whatever clients send."""
+"""Log of the service, with bounds on the lines of a kind in a minute and on their length."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MINUTE: Final = 60.0
 
 
 class FewAlike(logging.Filter):
-    """Pass so many entries of a kind in a minute; the next one of the kind says how many were left out."""
+    """Filter that passes a number of entries of a kind in a minute; the next says how many were dropped."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class FewAlike(logging.Filter):
 
 
 class Bounded(logging.Formatter):
-    """Write an entry with its time, its middle left out if it is very long."""
+    """Formatter with time stamps that shortens very long entries in their middle."""
 
     def __init__(self) -> None:
         super().__init__("%(asctime)s %(message)s")
@@ -50,7 +50,7 @@ class Bounded(logging.Formatter):
 
 
 def set_up_log(service: int) -> None:
-    """Send what the service and its libraries report to stderr, the service's own from a level on."""
+    """Send the log of the service and its libraries to stderr, the service's own from a level on."""
     handler = logging.StreamHandler(sys.stderr)
     handler.addFilter(FewAlike())
     handler.setFormatter(Bounded())

@@ -1,4 +1,4 @@
-"""Keep the equilibria of a job as lines of JSON: whoever reads them sees whole rows only, and needs no HDF5."""
+"""Equilibria of a job as lines of JSON, so that readers see complete rows and need no HDF5."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class RowFile:
-    """Append rows to a file that keeps the rows before number `first` and no later ones.
+    """File of rows, cut to those before number `first`, to which rows are appended.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class RowFile:
 
 
 def restore(path: Path, record: RunReader) -> None:
-    """Write the rows of a record anew if the file has fewer: a power cut may take them, and not the record."""
+    """Rewrite the rows from a record if the file has fewer: a power cut may take them, and not the record."""
     try:
         with path.open("rb") as file:
             found = sum(line.endswith(b"\n") for line in file)

@@ -1,4 +1,4 @@
-"""Serve: the API, and with it a worker of so many slots, until told to stop."""
+"""Server process: the API, and a worker with a number of slots, until it is stopped."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def serve(
     limits: Limits,
     keep: float | None = None,
 ) -> None:
-    """Serve until SIGINT or SIGTERM; then jobs that run go back to the queue, with their checkpoints.
+    """Serve until SIGINT or SIGTERM; then running jobs return to the queue, with their checkpoints.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def serve(
 
 @contextmanager
 def _answering(app: FastAPI, listener: socket.socket, limits: Limits) -> Iterator[Callable[[], bool]]:
-    """Answer requests, lend whether they are still answered, and in the end give open ones their last answers.
+    """Run the server; yield a function that tells whether it runs; finish open requests at the end.
 
     The server runs beside the main thread: there it would hand a SIGTERM on, and the process end before its worker
     has put its jobs back.
@@ -156,7 +156,7 @@ def _answering(app: FastAPI, listener: socket.socket, limits: Limits) -> Iterato
 
 
 def _open_enough(limits: Limits, slots: int) -> None:
-    """Let this process open as many files as its connections and slots may need.
+    """Raise the limit on open files to what connections and slots may need.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def _open_enough(limits: Limits, slots: int) -> None:
 
 
 def _announce(listener: socket.socket, slots: int, data: Path) -> None:
-    """Say where the service is."""
+    """Print the address of the service."""
     host, port = listener.getsockname()[:2]
     address = f"http://{f'[{host}]' if ':' in host else host}:{port}"
     sys.stderr.write(f"knitlab serves on {address}, {slots} slots, data in {data}; documentation at {address}/docs\n")

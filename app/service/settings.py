@@ -1,4 +1,4 @@
-"""Say where the service keeps its data: options first, then the environment."""
+"""Settings of the service: data folder and database, from options, then the environment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _POSTGRES: Final = ("postgresql://", "postgres://", "postgresql+psycopg://")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Hold where data and database are.
+    """Data folder and database.
 
     Attributes
     ----------

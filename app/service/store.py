@@ -1,4 +1,4 @@
-"""Keep jobs in SQL: what a job is and what the queue holds change in one transaction."""
+"""Store of jobs in SQL: jobs and queue change in one transaction."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _DONE: Final = Progress(share=1.0, text="done")
 
 
 class StoreAwayError(KnitlabError):
-    """Report that a database cannot be opened: it does not answer, or its disk is full or closed."""
+    """A database cannot be opened: it does not answer, or its disk is full or read-only."""
 
 
 class Store:
-    """Keep the jobs of a database and a data folder; the `JobStore` of the service.
+    """Store of jobs in a database and a data folder; implements `JobStore`.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Store:
         ]
 
     def _accepted_before(self, key: str, digest: str) -> list[Job]:
-        """Return what a key stood for when it came first."""
+        """Return what was accepted under a key before."""
         with self.engine.begin() as connection:
             before = connection.execute(sa.select(keys).where(keys.c.key == key)).one()
             if before.digest != digest:
@@ -160,7 +160,7 @@ class Store:
         return self._wish(job, change)
 
     def pause(self, job: str) -> Job:
-        """Ask a queued or running job to rest at its checkpoint."""
+        """Pause a queued or running job at its checkpoint."""
         answers = {"queued": {"state": "paused"}, "running": {"wanted": "pause"}}
         return self._wish(job, lambda row, _: answers.get(row.state, {}))
 
@@ -180,7 +180,7 @@ class Store:
         delete(self, job)
 
     def _wish(self, job: str, change: Callable[[_Row, sa.Connection], Mapping[str, object]]) -> Job:
-        """Change a job as its state asks for, while nobody else can."""
+        """Change a job according to its state, in a transaction that has locked its row."""
         with self.engine.begin() as connection:
             row = hold(connection, job)
             if row is None:
@@ -192,12 +192,12 @@ class Store:
         return self._job(row)
 
     def spec(self, job: str) -> JobSpec:
-        """Return what was asked for."""
+        """Return the specification of a job."""
         with self.engine.begin() as connection:
             return read_as(JobSpec, _row(connection, job).spec)
 
     def folder(self, job: str) -> Path:
-        """Return where the job's files are or will be."""
+        """Return the folder of the job's files."""
         with self.engine.begin() as connection:
             return self.files(_row(connection, job).id).path
 
@@ -206,7 +206,7 @@ class Store:
         return JobFolder(self.settings.jobs / job[:2] / job)
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the connections to the database."""
         self.client.destroy()
         self.engine.dispose()
 

@@ -1,4 +1,4 @@
-"""Run one delivery of a job: start its process, watch it, stop it when asked, settle the job."""
+"""Supervision of a delivery: start the job's process, watch it, stop it on request, record its end."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _log: Final = logging.getLogger(__name__)
 
 
 class Supervisor:
-    """Run deliveries, each in a process of its own.
+    """Runner of deliveries, each in a process of its own.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Supervisor:
         self._context = _context()
 
     def get_ready(self) -> None:
-        """Start the fork server and wait until it has its kernels."""
+        """Start the fork server and wait until its kernels are compiled."""
         process = self._context.Process(target=time.sleep, args=(0,), daemon=True)
         with self._processes:
             process.start()
@@ -78,11 +78,11 @@ class Supervisor:
         threading.Thread(target=self._listen, name="knitlab-orders", daemon=True).start()
 
     def close(self) -> None:
-        """Stop looking at the store."""
+        """Stop polling the store."""
         self._closed.set()
 
     def deliver(self, delivery: str) -> None:
-        """Work on a delivery until its job ends, rests or belongs to somebody else."""
+        """Work on a delivery until its job ends, pauses or belongs to another worker."""
         held = None
         try:
             held = claim(self.store, delivery, self.draining)
@@ -103,7 +103,7 @@ class Supervisor:
                 self._orders.pop(held.job, None)
 
     def _wait_and_release(self, held: Claim | None, error: BaseException) -> None:
-        """Give a job back that this host cannot work on, and take no other one for a while.
+        """Release a job that this host cannot run, and take no other one for a while.
 
         No fault of the job: the data folder is away, a disk is full, the database does not answer.
         """
@@ -141,7 +141,7 @@ class Supervisor:
         held.settle(result)
 
     def _verdict(self, held: Claim, spec: JobSpec, stop: Stop | None, code: int) -> Result | None:
-        """Return what ends a job whose process ended without a result; None to try again."""
+        """Return the end of a job whose process ended without a result; None to try again."""
         match stop:
             case "cancel":
                 return Result(end="cancelled", message="", failed=False)
@@ -181,7 +181,7 @@ class Supervisor:
         return stop, process.exitcode or 0
 
     def _end(self, process: BaseProcess) -> None:
-        """See to it that nothing is left of a process; its session holds what it started."""
+        """Kill a process with all that it started, and wait until it is gone."""
         # The number of one that has ended may be somebody else's by now.
         if not connection.wait([process.sentinel], timeout=0.0):
             _signal(process, signal.SIGKILL)
@@ -206,7 +206,7 @@ class Supervisor:
         return None
 
     def _free(self, files: JobFolder) -> None:
-        """Take the folder from a process that works for a run which lost the job; wait if it is on another host."""
+        """Stop the process of a run that lost the job's lease; wait if it is on another host."""
         holder = files.holder()
         if holder is not None:
             _log.warning("%s: process %d holds it for a run that is over; killed", files.path.name, holder)
@@ -215,7 +215,7 @@ class Supervisor:
         time.sleep(LOOK if holder is not None else 5.0 * LOOK)
 
     def _listen(self) -> None:
-        """Look at what the store wants of the jobs that run."""
+        """Poll what the store asks of running jobs."""
         while not self._closed.wait(LOOK):
             running = list(self._running)
             if running:
@@ -226,7 +226,7 @@ class Supervisor:
 
 
 def _context() -> SpawnContext | ForkServerContext:
-    """Return how processes begin: forked from a server that has the kernels ready, where there is forking."""
+    """Return the start method of processes: forked from a server with compiled kernels, where fork exists."""
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
     # Else it looks for our modules in the working folder first, whatever stands there under their names.
@@ -255,6 +255,6 @@ def _resident(process: BaseProcess) -> int:
 
 
 def _crash(times: int, code: int) -> str:
-    """Return how a process died."""
+    """Return how a process ended abnormally."""
     how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
     return f"its process died {times} times, last {how}; job.log says more"

@@ -1,4 +1,4 @@
-"""Describe the store's tables, and open a database that holds them."""
+"""Tables of the store, and connection to its database."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def open_engine(settings: Settings) -> sa.Engine:
 
 
 def make_tables(engine: sa.Engine) -> None:
-    """Make what is missing; two processes may do so at once."""
+    """Create missing tables; two processes may do so at once."""
     with engine.begin() as connection:
         if engine.dialect.name == "postgresql":
             connection.execute(sa.text("SELECT pg_advisory_xact_lock(7218443)"))
@@ -96,7 +96,7 @@ def make_tables(engine: sa.Engine) -> None:
 
 
 def hold(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]] | None:
-    """Keep a job's row for this transaction alone, and return it; None if there is none.
+    """Lock a job's row for this transaction and return it; None if there is none.
 
     The update changes nothing. It is what both databases know for taking a row before it is read.
     """
@@ -106,7 +106,7 @@ def hold(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]] | None
 
 
 def database_now(engine: sa.Engine) -> sa.ColumnElement[float]:
-    """Return the database's own clock [s since the epoch]: hosts may disagree about the time."""
+    """Return the database's clock [s since the epoch], since the clocks of hosts differ."""
     if engine.dialect.name == "postgresql":
         return sa.cast(sa.extract("epoch", sa.func.clock_timestamp()), sa.Float(53))
     return sa.literal_column("(julianday('now') - 2440587.5) * 86400.0", sa.Float(53))

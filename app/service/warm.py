@@ -1,4 +1,4 @@
-"""Get the fork server ready: everything imported, every serial kernel called, one thread.
+"""Preload of the fork server: all modules imported, every serial kernel called, one thread.
 
 What is forked from it starts to compute at once. A process with threads must not fork, so the
 numerical libraries are told to make none before they are imported. All of this happens on import: the fork server
@@ -26,7 +26,7 @@ def one_thread() -> None:
 
 
 def warm_up() -> None:
-    """Run the small test in a folder that goes away; a failure leaves the jobs slower, not broken."""
+    """Run the small test in a temporary folder; if it fails, jobs are only slower."""
     from app.runs.use_cases import run_protocol  # noqa: PLC0415
     from app.schemas import loads  # noqa: PLC0415
     from app.service import job_process  # noqa: F401, PLC0415

@@ -1,4 +1,4 @@
-"""Hold the smallest test that goes through the whole solver and its log."""
+"""The smallest test that uses the whole solver and its log."""
 
 from typing import Final
 

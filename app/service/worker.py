@@ -1,4 +1,4 @@
-"""Take jobs from the queue, a number at a time, until told to leave."""
+"""Worker: takes jobs from the queue, a number at a time, until it is stopped."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _log: Final = logging.getLogger(__name__)
 
 
 class StoreInUseError(KnitlabError):
-    """Report that another process serves an embedded store."""
+    """Another process serves an embedded store."""
 
 
 class Worker:
-    """Run the jobs of a store in this process's children.
+    """Worker that runs the jobs of a store in child processes.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ class Worker:
         self._left = threading.Event()
 
     def start(self) -> None:
-        """Get the kernels ready, then take jobs; returns at once, the rest happens in threads."""
+        """Compile the kernels, then take jobs; returns at once, the rest happens in threads."""
         threading.Thread(target=self._start, name="knitlab-start", daemon=True).start()
         threading.Thread(target=self._look_after, name="knitlab-recovery", daemon=True).start()
 
     def drain(self) -> None:
-        """Take no more jobs, let those that run stop at a checkpoint, queue them again; takes seconds."""
+        """Take no more jobs, stop running ones at a checkpoint and requeue them; takes seconds."""
         self._left.set()
         self._supervisor.draining.set()
         with self._changing:
@@ -74,7 +74,7 @@ class Worker:
         self._insist(self._join)
 
     def _insist(self, do: Callable[[], None]) -> None:
-        """Do what a worker is no worker without, again and again until it works or the worker has left."""
+        """Retry an action that the worker depends on until it succeeds or the worker has left."""
         while not self._left.is_set():
             try:
                 do()
@@ -85,7 +85,7 @@ class Worker:
                 return
 
     def _join(self) -> None:
-        """Become a worker of the store, under an id that no worker had before."""
+        """Register as a worker of the store, under a new id."""
         store, embedded = self._store, self._store.settings.embedded
         worker = _EMBEDDED if embedded else f"{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:8]}"
         with self._changing:
@@ -107,7 +107,7 @@ class Worker:
             self._pulse = None
 
     def _reborn(self) -> None:
-        """Drop everything and begin anew: others took this worker for dead, and its jobs with it."""
+        """Register again after other workers took this one for dead and its jobs with it."""
         _log.warning("taken for dead; beginning anew")
         self._supervisor.draining.set()
         with self._changing:
@@ -118,7 +118,7 @@ class Worker:
         self._insist(self._join)
 
     def _look_after(self) -> None:
-        """Queue again what the queue has forgotten, now and then."""
+        """Requeue lost jobs at intervals."""
         while not self._left.is_set():
             try:
                 adopt(self._store)
@@ -131,7 +131,7 @@ class Worker:
 
 @contextmanager
 def own(settings: Settings) -> Iterator[None]:
-    """Hold an embedded store for this process alone; a store in a server's database is open to all.
+    """Lock an embedded store for this process; a store in a database server is shared.
 
     Raises
     ------

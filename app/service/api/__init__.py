@@ -1,4 +1,4 @@
-"""Answer HTTP: the REST table, its errors and its bounds.
+"""REST interface of the service: routes, errors, bounds.
 
 build       the app, put together
 context     what every route needs: the store, the token, the bounds

@@ -1,4 +1,4 @@
-"""Read the bodies of requests: a protocol as YAML or JSON, alone or with what belongs to it."""
+"""Request bodies: a protocol as YAML or JSON, alone or in an envelope with its name and materials."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ENVELOPE: Final = {"protocol", "name", "materials"}
 
 
 class Raw(NamedTuple):
-    """Hold a body as it came: its text, and in which of the two languages it is."""
+    """A body as received: its text, and its language."""
 
     text: str
     kind: Literal["json", "yaml"]
@@ -41,7 +41,7 @@ class Raw(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Submission:
-    """Hold a protocol as it was sent.
+    """A protocol as it was sent.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Submission:
 
     @property
     def size(self) -> int:
-        """Return how long its texts are [characters]."""
+        """Return the length of its texts [characters]."""
         return len(self.text) + len(self.materials)
 
     def load(self) -> Loaded:
@@ -80,7 +80,7 @@ class Submission:
 
 
 async def read_raw(request: Request, bound: int) -> Raw:
-    """Return the body of a request, read no further than its bound [bytes].
+    """Return the body of a request, up to its bound [bytes].
 
     Raises
     ------
@@ -110,7 +110,7 @@ async def read_raw(request: Request, bound: int) -> Raw:
 
 
 def parse_json(text: str) -> Any:  # noqa: ANN401 (whatever JSON holds)
-    """Return the data of a JSON text: each key once, finite numbers, whole characters, bounded depth.
+    """Return the data of a JSON text: unique keys, finite numbers, valid characters, bounded depth.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def submission(raw: Raw, name: str) -> Submission:
 
 
 def submitted(data: Any, name: str) -> Submission:  # noqa: ANN401 (whatever JSON holds)
-    """Return the protocol that JSON data holds, alone or in an envelope."""
+    """Return the protocol in JSON data, alone or in an envelope."""
     if not (isinstance(data, dict) and "protocol" in data):
         return Submission(text=written(data), name=name, lined=False)
     for key, value in data.items():
@@ -171,14 +171,14 @@ def written(data: object) -> str:
 
 
 def _wrong(key: str, found: str, allowed: str) -> ProblemError:
-    """Return the refusal of one field of an envelope."""
+    """Return the error of one field of an envelope."""
     detail = f"{key}: found {found}, allowed {allowed}"
     pointer = "/" + key.replace("~", "~0").replace("/", "~1")
     return ProblemError("invalid-request", detail, errors=[{"detail": detail, "pointer": pointer}])
 
 
 def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    """Return the mapping of some pairs."""
+    """Return a mapping of pairs; refuse a key that occurs twice."""
     data = dict(pairs)
     if len(data) < len(pairs):
         raise ValueError("the same key twice")
@@ -186,12 +186,12 @@ def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def _no_constant(name: str) -> NoReturn:
-    """Refuse what JSON itself does not know."""
+    """Refuse NaN and infinities, which are not JSON."""
     raise ValueError(name)
 
 
 def _check_depth(data: object, depth: int) -> None:
-    """Refuse data that lies too deep."""
+    """Refuse data that is nested too deeply."""
     if depth > MAX_DEPTH:
         raise _too_deep()
     if isinstance(data, dict | list):
@@ -200,5 +200,5 @@ def _check_depth(data: object, depth: int) -> None:
 
 
 def _too_deep() -> ProblemError:
-    """Return the refusal of data that lies too deep."""
+    """Return the error of data that is nested too deeply."""
     return beyond("levels of nesting", "more", MAX_DEPTH)

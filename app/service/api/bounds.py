@@ -1,4 +1,4 @@
-"""Bound what one request may ask for, checked before any memory is taken for it."""
+"""Bounds on what one request may ask for, checked before memory is allocated for it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """Hold the bounds of a service.
+    """Bounds of a service.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Bounds:
 
 
 def node_count(spec: SpecimenSpec) -> int:
-    """Return about how many nodes a specimen has, from its numbers alone."""
+    """Estimate the number of nodes of a specimen from its numbers alone."""
     strands = spec.yarn.fibres if spec.yarn is not None and spec.yarn.model == "bundle" else 1
     # A stitch of a volumetric knit is two loops.
     loops = spec.rows * spec.loops * spec.layers * (2 if "P" in spec.axes else 1)
@@ -59,7 +59,7 @@ def node_count(spec: SpecimenSpec) -> int:
 
 
 def check_texts(size: int, bounds: Bounds, pointer: str) -> None:
-    """Refuse a sweep whose jobs have so much text [characters] that it fills the store.
+    """Refuse a sweep whose jobs have more text [characters] than the store may take.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def check_texts(size: int, bounds: Bounds, pointer: str) -> None:
 
 
 def check_sweep(protocols: Sequence[Protocol], bounds: Bounds) -> None:
-    """Refuse protocols that each may be looked at, but not all of them.
+    """Refuse a sweep whose protocols are together too large to be checked.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def check_sweep(protocols: Sequence[Protocol], bounds: Bounds) -> None:
 
 
 def check_protocol(protocol: Protocol, bounds: Bounds) -> None:
-    """Refuse a protocol that is too large to be looked at.
+    """Refuse a protocol that is too large to be checked.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Put the service together: routes, errors, guard, documentation."""
+"""Assembly of the web app: routes, errors, guard, documentation."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _openapi(app: FastAPI, *, guarded: bool) -> dict[str, Any]:
 
 
 def _describe_errors(operation: dict[str, Any]) -> None:
-    """Give the answer to invalid parameters its real form."""
+    """Document the real form of the answer to invalid parameters."""
     answer = operation.get("responses", {}).get("422")
     if answer is not None and "application/problem+json" not in answer.get("content", {}):
         schema = {"schema": {"$ref": "#/components/schemas/Problem"}}

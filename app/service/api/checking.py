@@ -1,4 +1,4 @@
-"""Look at protocols in threads: small ones at once, large ones one at a time, so that those hold up no others."""
+"""Checks of protocols in threads: small ones at once, large ones one at a time, so that they block no others."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CHARACTERS, _NODES, _STROKES = 5e4, 1e5, 5e3
 async def look(
     here: Context, sent: Submission, at: Callable[[Loaded, Bounds], Found], *, turns: Turns | None = None
 ) -> Found:
-    """Return what a look at a protocol finds, once the protocol is known to be within the bounds.
+    """Return the result of a check of a protocol, once it is known to be within the bounds.
 
     Parameters
     ----------
@@ -68,5 +68,5 @@ def _load(sent: Submission, bounds: Bounds) -> Loaded:
 
 
 def _checking_time(protocol: Protocol) -> float:
-    """Return about how long it takes to build a protocol's knit and to go through its strokes [s]."""
+    """Estimate the time to build a protocol's knit and to go through its strokes [s]."""
     return node_count(protocol.specimen) / _NODES + stroke_count(protocol.steps) / _STROKES

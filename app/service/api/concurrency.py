@@ -1,4 +1,4 @@
-"""Let requests for what takes seconds of a processor wait in a line that is short, the cheapest first."""
+"""A short queue of requests that take seconds of a processor, the cheapest first."""
 
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -16,7 +16,7 @@ _number = count()
 
 @dataclass(slots=True, kw_only=True)
 class Turns:
-    """Lend turns, one at a time and to the cheapest request that waits; who waits holds no thread.
+    """Turns of one request at a time, the cheapest waiting one next; waiting requests hold no thread.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Turns:
 
     @contextmanager
     def line(self) -> Iterator[None]:
-        """Stand in line.
+        """Enter the queue.
 
         Raises
         ------
@@ -60,7 +60,7 @@ class Turns:
 
     @asynccontextmanager
     async def turn(self, cost: float = 0.0) -> AsyncIterator[None]:
-        """Wait for a turn, and have it.
+        """Wait for a turn and hold it.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class Turns:
             self._pass_on()
 
     async def _take(self, cost: float) -> None:
-        """Take the turn, or wait until it is passed on to this request."""
+        """Take the turn, or wait until it is this request's."""
         if not self._taken:
             self._taken = True
             return
@@ -99,12 +99,12 @@ class Turns:
             raise
 
     def _pass_on(self) -> None:
-        """Give the turn to the cheapest request that waits."""
+        """Pass the turn to the cheapest waiting request."""
         if self._waiting:
             heappop(self._waiting)[2].set()
         else:
             self._taken = False
 
     def _refusal(self) -> ProblemError:
-        """Return what one too many is told."""
+        """Return the error for a request that finds the queue full."""
         return ProblemError("busy", self.what, headers={"Retry-After": str(self.again)})

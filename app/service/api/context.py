@@ -1,4 +1,4 @@
-"""Hold what every route needs."""
+"""Objects that every route needs."""
 
 from dataclasses import dataclass, field
 from threading import Event
@@ -14,7 +14,7 @@ from app.service.jobs import JobStore
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """Hold what every route needs.
+    """Objects that every route needs.
 
     Attributes
     ----------

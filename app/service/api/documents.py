@@ -1,4 +1,4 @@
-"""Hold the parts of the OpenAPI document that no type says: the bodies, with examples that run."""
+"""Parts of the OpenAPI document that no type gives: request bodies, with examples that run."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ SWEEP_BODY: Final[dict[str, Any]] = {
 
 
 def protocol_schemas() -> dict[str, Any]:
-    """Return the JSON Schema of a protocol and of all that it refers to, as components of the OpenAPI document."""
+    """Return the JSON Schema of a protocol and of its parts, as components of the OpenAPI document."""
     text = json.dumps(json_schema()).replace('"#/$defs/', '"#/components/schemas/')
     schema = json.loads(text)
     schema.pop("$schema")

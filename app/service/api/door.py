@@ -1,4 +1,4 @@
-"""Keep the door: how many connections are open, and how long each may take to say what it wants.
+"""Limits on connections: how many may be open, and how long each may take to send its request.
 
 A connection waits until a request on it is let in (a valid token, or none is asked for); then it is admitted. Waiting
 and admitted ones are counted apart, in all and for each address, so that connections without a token take no place
@@ -43,7 +43,7 @@ _ADMIT: Final = "knitlab.admit"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """Hold what a service bears of connections.
+    """Limits on the connections of a service.
 
     Attributes
     ----------
@@ -62,12 +62,12 @@ class Limits:
 
     @property
     def files(self) -> int:
-        """Return how many files connections have open at most, those included that are about to be closed."""
+        """Return the most files that connections have open, including those about to be closed."""
         return self.connections + max(1, self.connections // 2) + 4 * BATCH
 
 
 def connections_within(files: int) -> int:
-    """Return how many connections may be admitted where so many files may be open for all.
+    """Return how many connections may be admitted for a limit on open files.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def connections_within(files: int) -> int:
 
 @dataclass(slots=True, kw_only=True)
 class _Group:
-    """Hold connections, those that have waited longest first, and count those of each address."""
+    """Connections in the order of their arrival, counted by address."""
 
     most: int
     most_each: int
@@ -99,7 +99,7 @@ class _Group:
 
 
 class Door:
-    """Count the connections of a service.
+    """Counter of the connections of a service.
 
     Parameters
     ----------
@@ -113,13 +113,13 @@ class Door:
         self.admitted = _Group(most=limits.connections, most_each=limits.per_address)
 
     def arrive(self, one: Guarded) -> None:
-        """Let a new connection wait; close the oldest of its address, or of all, if too many do."""
+        """Register a new connection; close the oldest of its address, or of all, if there are too many."""
         self.waiting.add(one)
         # Two turns of the loop later, what the connection brought with it has been read: it may be admitted by then.
         one.loop.call_soon(one.loop.call_soon, self._trim, one)
 
     def _trim(self, latest: Guarded) -> None:
-        """Close the oldest of too many waiting connections, none that came after `latest`."""
+        """Close the oldest of too many waiting connections, but none that came after `latest`."""
         waiting = self.waiting
         same = waiting.each[latest.address] - waiting.most_each
         if same <= 0 and len(waiting.members) <= waiting.most:
@@ -131,12 +131,12 @@ class Door:
             one.turn_out()
 
     def asked(self, one: Guarded) -> None:
-        """Take note that a request has come whole on a connection: if it waits, it is the last to be closed."""
+        """Register that a request is complete; if the connection waits, it is closed last."""
         if one in self.waiting.members:
             self.waiting.members[one] = self.waiting.members.pop(one)
 
     def admit(self, one: Guarded) -> str | None:
-        """Admit a connection; return why it is not."""
+        """Admit a connection, or return why it is refused."""
         admitted = self.admitted
         if one in admitted.members:
             return None
@@ -149,13 +149,13 @@ class Door:
         return None
 
     def leave(self, one: Guarded) -> None:
-        """Forget a connection."""
+        """Remove a connection from the counts."""
         self.waiting.discard(one)
         self.admitted.discard(one)
 
 
 class Guarded(H11Protocol):
-    """Speak HTTP on a connection that a door watches over."""
+    """HTTP connection with limits on its time."""
 
     door: Door
     _numbers = count()
@@ -174,21 +174,21 @@ class Guarded(H11Protocol):
         self._stall: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as its base
-        """Begin to wait for a request."""
+        """Start the time limit for a request."""
         super().connection_made(transport)
         self.address = network_of(self.client[0]) if self.client else ""
         self._header = self.loop.call_later(self.door.limits.header_timeout, self._too_slow)
         self.door.arrive(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget the connection."""
+        """Remove the connection from the counts."""
         self.door.leave(self)
         self._forget_header()
         self._forget_stall()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Read on; a header that comes in drops has no more time than one that does not come."""
+        """Read on; a header sent slowly has no more time than one that is not sent."""
         super().data_received(data)
         if self._answering():
             self._forget_header()
@@ -197,17 +197,17 @@ class Guarded(H11Protocol):
             self._header = self.loop.call_later(self.door.limits.header_timeout, self._too_slow)
 
     def pause_writing(self) -> None:
-        """Give a client that takes nothing some time."""
+        """Start the time limit of a client that does not read."""
         super().pause_writing()
         self._stall = self.loop.call_later(STALLED, self.transport.abort)
 
     def resume_writing(self) -> None:
-        """Go on with an answer."""
+        """Continue an answer."""
         super().resume_writing()
         self._forget_stall()
 
     def turn_out(self) -> None:
-        """Close a waiting connection for the sake of others."""
+        """Close a waiting connection to make room for others."""
         self.door.leave(self)
         if self._answering():
             # What has been sent of the answer may never be taken: it is not waited for.
@@ -218,11 +218,11 @@ class Guarded(H11Protocol):
             self._close("busy", f"connections that no request was let in on: found too many, {allowed}", AGAIN)
 
     def _too_slow(self) -> None:
-        """Close a connection whose request does not come."""
+        """Close a connection whose request did not arrive in time."""
         self._close("too-slow", f"allowed {self.door.limits.header_timeout:g} s for the header of a request")
 
     def _close(self, kind: str, detail: str, again: int | None = None) -> None:
-        """Close a connection; one that has begun a request is told why."""
+        """Close a connection; one that has begun a request gets an error first."""
         if self.transport.is_closing():
             return
         if self.conn.our_state is h11.IDLE and self.conn.trailing_data[0]:
@@ -230,7 +230,7 @@ class Guarded(H11Protocol):
         self.transport.close()
 
     def _answering(self) -> bool:
-        """Tell whether a request has come whose answer has not ended."""
+        """Tell whether a complete request is still being answered."""
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is not None and not cycle.response_complete
 
@@ -246,7 +246,7 @@ class Guarded(H11Protocol):
 
 
 def watched_by(door: Door) -> type[Guarded]:
-    """Return the protocol of the connections of a door, for uvicorn to make."""
+    """Return the protocol factory of a door's connections, for uvicorn."""
 
     class Watched(Guarded):
         pass
@@ -256,13 +256,13 @@ def watched_by(door: Door) -> type[Guarded]:
 
 
 def admitted(request: Request) -> str | None:
-    """Admit the connection of a request that may come in; return why there is no room for it."""
+    """Admit the connection of a request, or return the error that there is no room."""
     admit: Callable[[], str | None] | None = request.scope.get("state", {}).get(_ADMIT)
     return None if admit is None else admit()
 
 
 def network_of(host: str) -> str:
-    """Return what connections of one client have in common: its IPv4 address, or the first half of its IPv6 one.
+    """Return the network of a client: its IPv4 address, or the first 64 bits of its IPv6 address.
 
     Examples
     --------
@@ -279,12 +279,12 @@ def network_of(host: str) -> str:
 
 
 def _too_many(what: str, most: int) -> str:
-    """Return the refusal of one connection too many."""
+    """Return the error of one connection too many."""
     return f"{what}: found {most} open, allowed {most} or fewer"
 
 
 def _last_answer(kind: str, detail: str, again: int | None) -> bytes:
-    """Return the bytes of a problem that no request was whole for."""
+    """Return the bytes of an error answer for a request that was never complete."""
     status, title = KINDS[kind]
     problem = {"type": f"urn:knitlab:problem:{kind}", "title": title, "status": status, "detail": detail}
     body = json.dumps(problem).encode()

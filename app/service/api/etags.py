@@ -1,8 +1,8 @@
-"""Compare entity tags, as a client that has something already sends them (RFC 9110, 13.1.2)."""
+"""Comparison of entity tags in `If-None-Match` (RFC 9110, 13.1.2)."""
 
 
 def has_tag(wanted: str, tag: str) -> bool:
-    """Tell whether a list of tags, as `If-None-Match` has it, names one: weak or strong, or any by `*`.
+    """Tell whether a list of tags, as in `If-None-Match`, contains one: weak or strong, or any by `*`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Answer what the host or the database cannot do for the moment: 507 where there is no room, 503 for the rest."""
+"""Answers to faults of disk and database: 507 where there is no room, 503 for the others."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _log: Final = logging.getLogger(__name__)
 
 
 def add_fault_handlers(app: FastAPI) -> None:
-    """Give faults of the host and of the database the form of a problem."""
+    """Register handlers that answer faults of disk and database as problems."""
     for kind in (*AWAY, OSError):
         app.add_exception_handler(kind, _on_fault)
 
 
 async def _on_fault(request: Request, error: Exception) -> Response:
-    """Answer a fault; a mistake of ours goes on to where it is logged.
+    """Answer a fault; any other error is raised again, to be logged.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Let in whom the service is for: this machine alone, or whoever has the token."""
+"""Access control: this machine alone, or clients with the token."""
 
 import hashlib
 import hmac
@@ -32,12 +32,12 @@ def is_loopback(host: str) -> bool:
 
 
 def same_token(given: str, wanted: str) -> bool:
-    """Tell whether two tokens are the same, in a time that says nothing of where they differ, nor of their lengths."""
+    """Compare two tokens in a time that reveals neither where they differ nor their lengths."""
     return hmac.compare_digest(*(hashlib.sha256(one.encode(errors="replace")).digest() for one in (given, wanted)))
 
 
 def require_token_for(host: str, token: str | None) -> None:
-    """Refuse to listen to other machines without a token.
+    """Raise if the service would listen to other machines without a token.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def require_token_for(host: str, token: str | None) -> None:
 async def admit(
     request: Request, credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(_BEARER)]
 ) -> None:
-    """Let a request in, or refuse it.
+    """Admit a request, or raise why it is refused.
 
     Without a token the service is for this machine alone: a page of another site must reach it neither under a name
     of its own that points here (`Host`) nor by a form or a script (`Origin`).

@@ -1,4 +1,4 @@
-"""Answer HEAD wherever GET is answered, with the same headers (RFC 9110, 9.3.2)."""
+"""HEAD for every route that answers GET, with the same headers (RFC 9110, 9.3.2)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ASKED = "knitlab.head"
 
 
 class AnswerHead:
-    """Ask an app for what GET would answer; the server itself sends no body to who asks by HEAD.
+    """ASGI middleware that passes HEAD to an app as GET; the server does not send the body.
 
     Parameters
     ----------
@@ -31,5 +31,5 @@ class AnswerHead:
 
 
 def asks_head(request: Request) -> bool:
-    """Tell whether the body of an answer will not be sent, so that a long one need not be made."""
+    """Tell whether a request is HEAD, so that a long body need not be made."""
     return _ASKED in request.scope

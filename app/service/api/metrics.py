@@ -1,4 +1,4 @@
-"""Count requests and jobs for Prometheus."""
+"""Prometheus metrics of requests and jobs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BUCKETS = (0.005, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0, 30.0)
 
 
 class Metrics:
-    """Hold the counters of one service."""
+    """Counters of one service."""
 
     def __init__(self) -> None:
         self.registry = CollectorRegistry()
@@ -37,7 +37,7 @@ class Metrics:
         self.jobs = Gauge("knitlab_jobs", "Jobs by state.", ["state"], registry=self.registry)
 
     def take_stream(self, most: int) -> bool:
-        """Take one of so many event streams; whoever has it gives it back."""
+        """Take one of the allowed event streams; the holder gives it back."""
         if self.open_streams >= most:
             return False
         self.open_streams += 1
@@ -57,7 +57,7 @@ def metrics_of(request: Request) -> Metrics:
 
 
 class CountRequests:
-    """Count every answer of an app; give each the headers that all have.
+    """ASGI middleware that counts answers, and adds the common headers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Describe what the service answers; the OpenAPI document is made from it."""
+"""Pydantic models of the service's answers, from which the OpenAPI document is made."""
 
 from datetime import datetime
 from typing import Annotated, Any, Literal
@@ -10,13 +10,13 @@ from app.service.jobs import State
 
 
 class Answer(BaseModel):
-    """Be the ground of all answers."""
+    """Base of all answers."""
 
     model_config = ConfigDict(frozen=True)
 
 
 class Place(Answer):
-    """Say what is wrong, and where in what was sent."""
+    """What is wrong, and where in the request."""
 
     model_config = ConfigDict(extra="allow")
     detail: str
@@ -28,7 +28,7 @@ class Place(Answer):
 
 
 class Problem(Answer):
-    """Hold an error as RFC 9457 has it."""
+    """An error in the form of RFC 9457."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -58,7 +58,7 @@ class Problem(Answer):
 
 
 class Number(Answer):
-    """Hold a number of the real world, and say where it comes from."""
+    """A number with its unit and source."""
 
     value: float
     unit: str
@@ -67,14 +67,14 @@ class Number(Answer):
 
 
 class RelaxationView(Answer):
-    """Hold one term of a Prony series."""
+    """One term of a Prony series."""
 
     share: Number
     time: Number
 
 
 class MaterialView(Answer):
-    """Describe a material."""
+    """A material."""
 
     name: str
     young_modulus: Number
@@ -87,20 +87,20 @@ class MaterialView(Answer):
 
 
 class MaterialList(Answer):
-    """Hold the catalogue of materials."""
+    """The catalogue of materials."""
 
     materials: list[MaterialView]
 
 
 class MachineView(Answer):
-    """Describe a machine by its numbers, each with its source."""
+    """A machine by its numbers, each with its source."""
 
     name: str
     numbers: dict[str, Any] = Field(description="by part and name: value, unit, source, assumed")
 
 
 class RigView(Answer):
-    """Describe a rig: the axes that it drives, and the machines that do."""
+    """A rig: the axes that it drives, and its machines."""
 
     name: str
     axes: list[str]
@@ -112,14 +112,14 @@ class RigView(Answer):
 
 
 class RigList(Answer):
-    """Hold the catalogue of rigs."""
+    """The catalogue of rigs."""
 
     rigs: list[RigView]
     machines: list[MachineView]
 
 
 class SpecimenView(Answer):
-    """Say what is known of a specimen before any physics; lengths in metres."""
+    """Properties of a specimen that need no physics; lengths in metres."""
 
     model_config = ConfigDict(extra="allow")
     nodes: int
@@ -131,7 +131,7 @@ class SpecimenView(Answer):
 
 
 class StrokeView(Answer):
-    """Describe one move of the axes."""
+    """One move of the axes."""
 
     model_config = ConfigDict(extra="allow")
     cycle: int
@@ -143,7 +143,7 @@ class StrokeView(Answer):
 
 
 class BudgetView(Answer):
-    """Say how far a protocol goes, and how far the yarn of a loop reaches."""
+    """Strain of a protocol beside the strain at which a loop's yarn is used up."""
 
     largest: float = Field(description="largest strain that is planned")
     locking: float = Field(description="strain at which a loop has used up its yarn (estimate)")
@@ -151,7 +151,7 @@ class BudgetView(Answer):
 
 
 class PlanView(Answer):
-    """Say what a protocol would do, without physics."""
+    """What a protocol would do, without physics."""
 
     name: str
     rig: str
@@ -167,7 +167,7 @@ class PlanView(Answer):
 
 
 class CrossingView(Answer):
-    """Say where a fibre first passed a limit of its material."""
+    """Where a fibre first passed a limit of its material."""
 
     model_config = ConfigDict(frozen=True, from_attributes=True)
     name: Literal["strength", "elongation at break"]
@@ -180,7 +180,7 @@ class CrossingView(Answer):
 
 
 class ProgressView(Answer):
-    """Say how far a job is."""
+    """Progress of a job."""
 
     model_config = ConfigDict(frozen=True, from_attributes=True)
     share: float = Field(description="share of the protocol that is done, 0 to 1")
@@ -196,7 +196,7 @@ class ProgressView(Answer):
 
 
 class JobView(Answer):
-    """Show a job as it is now."""
+    """Present state of a job."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -240,7 +240,7 @@ class JobView(Answer):
 
 
 class JobPage(Answer):
-    """Hold some jobs, newest first."""
+    """Some jobs, newest first."""
 
     jobs: list[JobView]
     cursor: str | None = Field(description="what to ask for the next page with; nothing at the end")
@@ -248,7 +248,7 @@ class JobPage(Answer):
 
 
 class SweepView(Answer):
-    """Hold the jobs of a sweep."""
+    """The jobs of a sweep."""
 
     sweep: str
     count: int
@@ -256,7 +256,7 @@ class SweepView(Answer):
 
 
 class FileView(Answer):
-    """Describe a file of a job."""
+    """A file of a job."""
 
     name: str = Field(description="its path within the job", examples=["run/biaxial_small.csv"])
     size: int = Field(description="bytes")
@@ -264,20 +264,20 @@ class FileView(Answer):
 
 
 class FileList(Answer):
-    """Hold the files of a job."""
+    """The files of a job."""
 
     files: list[FileView]
 
 
 class Health(Answer):
-    """Say that the service answers."""
+    """The service answers."""
 
     status: Literal["ok"] = "ok"
     version: str
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return how the OpenAPI document describes some errors of a route, and those that any route may have."""
+    """Return the OpenAPI description of some errors of a route, and of those that any route may have."""
     what = {
         400: "The body cannot be read",
         401: "A token is needed",

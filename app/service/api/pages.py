@@ -1,4 +1,4 @@
-"""Send the pages of the service, its console and its documentation, with what a browser may do with them."""
+"""Pages of the service, console and documentation, with their security headers."""
 
 import hashlib
 import os
@@ -17,7 +17,7 @@ _SCRIPT: Final = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
 
 
 def _policy(*scripts: str) -> dict[str, str]:
-    """Return the headers of a page: parts of this service alone, in no frame of another page, never out of date."""
+    """Return the headers of a page: content of this service alone, no framing, no caching."""
     parts = (
         "default-src 'self'",
         " ".join(("script-src 'self'", *scripts)),
@@ -37,12 +37,12 @@ def _policy(*scripts: str) -> dict[str, str]:
 
 
 class Console(StaticFiles):
-    """Send the files of the console."""
+    """Static files of the console."""
 
     def file_response(
         self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
-        """Return the answer that carries a file, or says that it has not changed."""
+        """Return the answer with a file, or that it has not changed."""
         answer = super().file_response(full_path, stat_result, scope, status_code)
         answer.headers.update(_policy())
         return answer
@@ -50,7 +50,7 @@ class Console(StaticFiles):
 
 @cache
 def documentation() -> HTMLResponse:
-    """Show the OpenAPI document as a page; its parts are shipped, so that it needs no internet."""
+    """Return the OpenAPI document as a page; its parts are shipped, so that it needs no internet."""
     page = get_swagger_ui_html(
         openapi_url="/openapi.json",
         title="knitlab: REST",

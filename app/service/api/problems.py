@@ -1,4 +1,4 @@
-"""Say what is wrong with a request, as RFC 9457 has it: one form for every error, and never a stack trace.
+"""Errors of requests in the form of RFC 9457, never with a stack trace.
 
 A module of our own: what libraries offer wraps pydantic's errors, while a protocol's have their pointer and line.
 """
@@ -33,7 +33,7 @@ _PART: Final = re.compile(r"[^.\[\]]+")
 
 
 class Kind(NamedTuple):
-    """Hold a kind of problem: its status and its title."""
+    """Kind of problem: its status and title."""
 
     status: int
     title: str
@@ -64,7 +64,7 @@ KINDS: Final[Mapping[str, Kind]] = MappingProxyType(
 
 
 class ProblemError(Exception):
-    """Refuse a request.
+    """A request is refused.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class ProblemError(Exception):
 
 
 def beyond(bound: str, found: object, allowed: int, *, pointer: str = "", kind: str = "beyond-bound") -> ProblemError:
-    """Return the refusal of what passes a bound of the service.
+    """Return the problem of a request beyond a bound of the service.
 
     Examples
     --------
@@ -117,7 +117,7 @@ def pointer_of(field: str) -> str:
 
 
 def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
-    """Return the problem of a protocol: pointers always, lines and columns where the user wrote the text (`lined`)."""
+    """Return the problem of a protocol: JSON pointers, and lines and columns where the user wrote text (`lined`)."""
     every = [error, *error.more]
     detail = _detail(error)
     if lined and isinstance(error, ProtocolError):
@@ -131,7 +131,7 @@ def _detail(error: SpecificationError) -> str:
 
 
 def _place(error: SpecificationError, *, lined: bool) -> dict[str, object]:
-    """Return what is wrong where."""
+    """Return what is wrong, and where."""
     place: dict[str, object] = {"detail": _detail(error), "pointer": pointer_of(error.field)}
     if lined and isinstance(error, ProtocolError):
         place |= {"line": error.spot.line, "column": error.spot.column}
@@ -148,7 +148,7 @@ def problem_response(
     errors: Sequence[Mapping[str, object]] = (),
     headers: Mapping[str, str] | None = None,
 ) -> Response:
-    """Return the answer that carries a problem; without a kind its status says all (`about:blank`)."""
+    """Return the response of a problem; without a kind its type is `about:blank`."""
     body: dict[str, Any] = {
         "type": "about:blank" if kind is None else f"urn:knitlab:problem:{kind}",
         "title": title,
@@ -163,7 +163,7 @@ def problem_response(
 
 
 def add_problem_handlers(app: FastAPI) -> None:
-    """Give every error of an app the form of a problem."""
+    """Register handlers that answer every error of an app as a problem."""
     app.add_exception_handler(ProblemError, on_problem)
     app.add_exception_handler(KnitlabError, _on_knitlab_error)
     app.add_exception_handler(RequestValidationError, _on_invalid)
@@ -188,7 +188,7 @@ async def on_problem(request: Request, error: Exception) -> Response:
 
 
 async def _on_knitlab_error(request: Request, error: Exception) -> Response:
-    """Answer what the lab and the store refuse; any other of their errors is ours, not the user's."""
+    """Answer errors that the user caused; any other is ours, and raised again."""
     if isinstance(error, UnknownJobError):
         return await on_problem(request, ProblemError("unknown", str(error)))
     if isinstance(error, NotEndedError):
@@ -201,7 +201,7 @@ async def _on_knitlab_error(request: Request, error: Exception) -> Response:
 
 
 async def _on_invalid(request: Request, error: Exception) -> Response:
-    """Answer parameters that are not what the route allows."""
+    """Answer parameters that the route does not allow."""
     if not isinstance(error, RequestValidationError):
         return await _on_anything(request, error)
     # What was found is left out: it may be anything, and the user has it.
@@ -211,7 +211,7 @@ async def _on_invalid(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> list[str]:
-    """Return the methods that the routes of a request's path know; none if it is no route's."""
+    """Return the methods that a request's path allows; none if it is no route's."""
     routes = [route for route in request.app.routes if not isinstance(route, Mount)]
     known = [
         method
@@ -222,7 +222,7 @@ def _methods(request: Request) -> list[str]:
 
 
 async def _on_http(request: Request, error: Exception) -> Response:
-    """Answer what the framework refuses: a path that is not there, a method that is not allowed."""
+    """Answer errors of the framework: unknown path, method that is not allowed."""
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
     status, detail, headers = error.status_code, str(error.detail), dict(error.headers or {})
@@ -237,7 +237,7 @@ async def _on_http(request: Request, error: Exception) -> Response:
 
 
 async def _on_anything(request: Request, error: Exception) -> Response:
-    """Answer a mistake of ours: the log has the trace, the client has one line."""
+    """Answer an error of ours: the trace goes to the log, one line to the client."""
     del error
     return problem_response(500, "Internal error", "the service failed; its log says how", request.url.path)
 

@@ -1,4 +1,4 @@
-"""Read the equilibria of a test that may be going on, each once and only what is new."""
+"""Equilibria of a test that may be running: each row is read once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST: Final = 200
 
 
 class NewRows:
-    """Hand out the rows of a job's file from a number on.
+    """Reader of the rows of a job's file from a number on.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class NewRows:
         self._line, self._offset = 0, 0
 
     def read(self) -> list[dict[str, Any]]:
-        """Return the rows that have come since, at most `MOST`."""
+        """Return the rows written since, at most `MOST`."""
         found: list[dict[str, Any]] = []
         try:
             with self.path.open("rb") as file:

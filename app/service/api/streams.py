@@ -1,4 +1,4 @@
-"""Stream what happens to a job: new rows, progress, state.
+"""Event streams of a job: new rows, progress, state.
 
 Nothing is kept for a client. An event's id says what the client has seen, so that one that comes back goes on from
 there, and the files of the job are the memory. The next event is made when the last one has been sent.
@@ -44,7 +44,7 @@ _ID: Final = re.compile(r"(\d{1,9})-([a-z]{1,16})-(\d{1,5})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """Say what a client has seen: how many rows, which state, and which share of the protocol done [1e-4]."""
+    """What a client has received: number of rows, state, share of the protocol done [1e-4]."""
 
     rows: int = 0
     state: str = "none"
@@ -52,7 +52,7 @@ class Seen:
 
     @classmethod
     def read(cls, text: str) -> Seen:
-        """Return what an event's id says; one that is none of ours says nothing.
+        """Parse an event's id; an unknown one means nothing received.
 
         Examples
         --------
@@ -66,17 +66,17 @@ class Seen:
 
     @property
     def id(self) -> str:
-        """Return it as an event's id."""
+        """Return the event id."""
         return f"{self.rows}-{self.state}-{self.share}"
 
     @property
     def over(self) -> bool:
-        """Tell whether there is nothing more to see."""
+        """Tell whether the stream is complete."""
         return self.state in FINAL
 
 
 async def job_events(here: Context, job: str, seen: Seen) -> AsyncIterator[bytes]:
-    """Yield the events of a job to its end or the service's, from what a client has seen on.
+    """Yield the events of a job to its end or the service's, from what a client has received.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ async def job_events(here: Context, job: str, seen: Seen) -> AsyncIterator[bytes
 
 
 def _news(job: Job, seen: Seen) -> list[tuple[str, Seen]]:
-    """Return which events tell a client what it has not seen of a job, each with what it has seen then."""
+    """Return the events that a client has not received, each with its state after it."""
     news = []
     share = round(1e4 * min(1.0, max(0.0, job.progress.share)))
     if share != seen.share:
@@ -131,7 +131,7 @@ def _event(kind: str, data: dict[str, Any], seen: Seen) -> bytes:
 
 
 class EventStream(StreamingResponse):
-    """Answer with events, and drop a client that takes nothing.
+    """Streaming response of events; a client that does not read is dropped.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Turn the body of a sweep into jobs: a list of protocols, or a protocol over values of its parameters."""
+"""Jobs from the body of a sweep: a list of protocols, or a protocol over values of its parameters."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _LONGEST_NAME = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Place:
-    """Say where a protocol of a sweep stands, so that whoever wrote it finds what is wrong.
+    """Place of a protocol in the body of a sweep, for error messages.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class _Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Wanted:
-    """Hold a protocol that shall be a job, its materials, and its place in the body."""
+    """A protocol of a sweep, its materials, and its place in the body."""
 
     loaded: Loaded
     materials: str
@@ -118,7 +118,7 @@ def _listed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
 
 
 def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
-    """Yield a protocol with every combination of some values of its parameters."""
+    """Yield a protocol with every combination of the values of its parameters."""
     sent = submitted({key: value for key, value in data.items() if key != "values"}, "test")
     whole = _Place(within="", protocol="/protocol", which="", lined=sent.lined)
     with _placed(whole):
@@ -148,7 +148,7 @@ def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
 
 
 def _data_of(document: Document) -> dict[str, Any]:
-    """Return the data of a protocol, once its text has been read."""
+    """Return the data of a protocol's text."""
     if not isinstance(document.data, dict):
         raise _wrong("/protocol", "something else", "a protocol")
     # What YAML may hold and JSON not, such as a number too large, is refused here.
@@ -156,7 +156,7 @@ def _data_of(document: Document) -> dict[str, Any]:
 
 
 def _checked_values(values: Any, pointer: str) -> dict[str, list[Any]]:  # noqa: ANN401 (whatever JSON holds)
-    """Return the values of a sweep, each a list of plain ones."""
+    """Return the values of a sweep, each a list of plain values."""
     if not isinstance(values, dict) or not values:
         raise _wrong(pointer, "something else", "a mapping of names to lists")
     for name, listed in values.items():
@@ -173,14 +173,14 @@ def _check_count(count: int, bounds: Bounds, pointer: str) -> None:
 
 
 def _wrong(pointer: str, found: str, allowed: str) -> ProblemError:
-    """Return the refusal of a part of the body."""
+    """Return the error of a part of the body."""
     detail = f"{pointer or 'sweep'}: found {found}, allowed {allowed}"
     return ProblemError("invalid-request", detail, errors=[{"detail": detail, "pointer": pointer}])
 
 
 @contextmanager
 def _placed(place: _Place) -> Iterator[None]:
-    """Let refusals of one protocol say which it is, and their pointers start at the body."""
+    """Locate the errors of one protocol in this block; their pointers start at the body."""
     try:
         yield
     except SpecificationError as error:
@@ -192,6 +192,6 @@ def _placed(place: _Place) -> Iterator[None]:
 
 
 def _within(error: ProblemError, pointer: str, which: str) -> ProblemError:
-    """Return a refusal with its pointers below another."""
+    """Return an error with its pointers below another."""
     errors = [{**one, "pointer": f"{pointer}{one.get('pointer', '')}"} for one in error.errors]
     return ProblemError(error.kind, f"{which}: {error.detail}" if which else error.detail, errors=errors)

@@ -1,4 +1,4 @@
-"""Send files: whole, or the range that is asked for (RFC 9110, 14).
+"""File downloads: whole, or the requested range (RFC 9110, 14).
 
 The framework's own answer sends a file that grows beyond its announced length, and errors in a form of its own.
 """
@@ -27,7 +27,7 @@ _RANGE: Final = re.compile(r"bytes=\s*(\d{0,18})-(\d{0,18})\s*")
 
 
 def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Response:
-    """Return the answer that carries a file as long as it is now, and closes it.
+    """Return the response with a file at its present length.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Respo
 
 
 class _Transfer(StreamingResponse):
-    """Send a part of a file, and close the file whatever becomes of the client."""
+    """Response with a part of a file, which is closed at the end in any case."""
 
     def __init__(
         self, stream: BinaryIO, part: tuple[int, int], status: int, headers: dict[str, str], media: str
@@ -85,7 +85,7 @@ class _Transfer(StreamingResponse):
         self._stream = stream
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send it."""
+        """Send the file."""
         try:
             await super().__call__(scope, receive, send)
         finally:
@@ -93,7 +93,7 @@ class _Transfer(StreamingResponse):
 
 
 def range_of(wanted: str, size: int) -> tuple[int, int] | None:
-    """Return the first byte of a range and the one after its last; None for what may be passed over.
+    """Return the first byte of a range and the one after its last; None for a range that may be ignored.
 
     Several ranges in one request are passed over, as a server may; so is what is no range of bytes.
 
@@ -113,7 +113,7 @@ def range_of(wanted: str, size: int) -> tuple[int, int] | None:
 
 
 def _chunks(stream: BinaryIO, start: int, end: int) -> Iterator[bytes]:
-    """Yield a part of a file, and close it."""
+    """Yield a part of a file in chunks, and close it."""
     with stream:
         stream.seek(start)
         while start < end and (chunk := stream.read(min(_CHUNK, end - start))):

@@ -1,1 +1,1 @@
-"""Answer requests: one module a part of the REST table."""
+"""Routes: one module a part of the REST table."""

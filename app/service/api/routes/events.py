@@ -1,4 +1,4 @@
-"""Answer with a stream of what happens to a job."""
+"""Route of a job's event stream."""
 
 from typing import Annotated, Any
 

@@ -1,4 +1,4 @@
-"""Answer what is asked of a job's files, and of its log in any dialect."""
+"""Routes of a job's files, and of its log in any dialect."""
 
 import mimetypes
 import os
@@ -42,7 +42,7 @@ _BYTES = {"schema": {"type": "string", "format": "binary"}}
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    """Return the files that a job shows, by their path within it: no link, nothing hidden, nothing of the service.
+    """Return the visible files of a job by their path within it: no links, nothing hidden, none of the service.
 
     A job that runs makes and removes files all the while; a folder that has gone is passed over.
     """
@@ -110,7 +110,7 @@ def log(
     dialect: Annotated[str | None, Query(max_length=64, description="Nothing is the machine's own.")] = None,
     locale: Annotated[Literal["en", "de", "fr"], Query(description="Marks of numbers and dates.")] = "en",
 ) -> Response:
-    """Return the log in the dialect of an instrument, made anew from the record."""
+    """Return the log in the dialect of an instrument, computed from the record."""
     if dialect is not None and dialect not in LOGS:
         detail = f"dialect: found none of that name, allowed {', '.join(LOGS)}"
         raise ProblemError("invalid-request", detail, errors=[{"parameter": "dialect", "detail": detail}])
@@ -128,7 +128,7 @@ def log(
 
 
 def _require_machines(spec: JobSpec, dialect: str) -> None:
-    """Refuse a dialect that the log of a job can never be in.
+    """Refuse a dialect that the log of a job cannot have.
 
     Raises
     ------

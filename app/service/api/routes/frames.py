@@ -1,4 +1,4 @@
-"""Answer with the shapes of a knit through its test, as the console's view of it wants them."""
+"""Routes of the shapes of a knit during its test, for the console's view."""
 
 import logging
 import time
@@ -37,7 +37,7 @@ _FIELDS = {
 
 
 class FrameView(Answer):
-    """Say what a shape is of."""
+    """Time, strain and phase of a shape."""
 
     time: float
     strain: dict[str, float]
@@ -46,7 +46,7 @@ class FrameView(Answer):
 
 
 class FrameIndex(Answer):
-    """Describe the shapes of a test; lengths in metres."""
+    """The shapes of a test; lengths in metres."""
 
     nodes: int
     edges: int
@@ -58,7 +58,7 @@ class FrameIndex(Answer):
 
 
 def _read(folder: FilePath, what: Callable[[h5py.File], Found]) -> Found:
-    """Return what the record of a job's test says, which may be going on.
+    """Return the reader of a job's record, which may be growing.
 
     Nothing locks the record, so that a test never waits for who looks at it: what is read while a row is written may be
     torn, and is read again.
@@ -90,7 +90,7 @@ def frames(job: JobId, here: Here) -> FrameIndex:
 
 
 def _index(file: h5py.File) -> FrameIndex:
-    """Return what there is in a record."""
+    """Return the index of a record's shapes."""
     group, count = file[GROUP], count_frames(file)
     strands = [int(size) for size in file["strands"][()]]
     extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES}
@@ -118,7 +118,7 @@ def _index(file: h5py.File) -> FrameIndex:
 
 
 def _range(column: h5py.Dataset) -> tuple[float, float]:
-    """Return the least and the largest value, broken edges left out; read piece by piece."""
+    """Return the least and the largest value without broken edges; read piece by piece."""
     low, high = np.inf, -np.inf
     for begin in range(0, len(column), 1_000_000):
         values = column[begin : begin + 1_000_000]

@@ -1,4 +1,4 @@
-"""Answer those who watch over the service."""
+"""Routes for monitoring: health and metrics."""
 
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response

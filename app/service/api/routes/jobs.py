@@ -1,4 +1,4 @@
-"""Answer what is asked of jobs: submit, look, cancel, pause, resume, delete."""
+"""Routes of jobs: submit, show, cancel, pause, resume, delete."""
 
 import hashlib
 from collections.abc import Callable
@@ -24,7 +24,7 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
 def _name_of(loaded: Loaded, bounds: Bounds) -> str:
-    """Return the name of a protocol, once it is sure that it can be run.
+    """Return the name of a protocol, after a check that it can be run.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def delete(job: JobId, here: Here) -> Response:
 
 
 def _answer(act: Callable[[str], Job], job: str) -> JobView:
-    """Ask something of a job."""
+    """Return the answer to a change of a job."""
     return JobView.model_validate(act(job))
 
 
@@ -113,7 +113,7 @@ def cancel(job: JobId, here: Here) -> JobView:
 
 @router.post("/{job}/pause", summary="Pause a job", **_ASKED)
 def pause(job: JobId, here: Here) -> JobView:
-    """Ask a queued or running job to rest at its checkpoint; any other stays as it is."""
+    """Pause a queued or running job at its checkpoint; any other stays as it is."""
     return _answer(here.store.pause, job)
 
 

@@ -1,4 +1,4 @@
-"""Answer what needs no job: the catalogues, and what a protocol would do."""
+"""Routes that need no job: the catalogues, and the check of a protocol."""
 
 from dataclasses import asdict
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Read what a submission asks for beside its protocol: a key, and what its jobs may take."""
+"""Query parameters of a submission: its key, and the limits of its jobs."""
 
 from typing import Annotated
 
@@ -30,7 +30,7 @@ Pictures = Annotated[bool, Query(description="Whether to draw the plot and the k
 
 
 class Limits(BaseModel):
-    """Hold what each job of a submission may take, by the names of `JobSpec`."""
+    """Limits of each job of a submission, by the names of `JobSpec`."""
 
     model_config = ConfigDict(frozen=True)
     timeout: float | None
@@ -39,7 +39,7 @@ class Limits(BaseModel):
 
 
 def _limits(*, timeout: Timeout = None, memory: Memory = 8 * GIBIBYTE, pictures: Pictures = True) -> Limits:
-    """Return what the query of a submission says."""
+    """Return the limits in the query of a submission."""
     return Limits(timeout=timeout, memory=memory, pictures=pictures)
 
 

@@ -1,4 +1,4 @@
-"""Accept sweeps: many jobs, all of them or none."""
+"""Routes of sweeps: many jobs, all accepted or none."""
 
 from dataclasses import replace
 from typing import Annotated
@@ -19,7 +19,7 @@ router = APIRouter(prefix="/v1/sweeps", tags=["jobs"])
 
 
 async def sweep_body(request: Request) -> list[JobSpec]:
-    """Return what the jobs of a sweep shall do."""
+    """Return the jobs of a sweep from the body of a request."""
     here = context_of(request)
     bounds = here.bounds
     with here.sweeping.line():
