@@ -28,7 +28,7 @@ def locked(folder: Path) -> Iterator[None]:
     path = folder / LOCK
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        # Whoever held it before removes the file: then this one is nobody's.
+        # The holder before may have removed the file: then the lock of this one protects nothing.
         if not _take(handle) or not path.exists() or not os.path.samestat(os.fstat(handle), path.stat()):
             raise SpecificationError("run", f"{folder}, which another process is writing", "a run that no one writes")
         try:

@@ -1,10 +1,14 @@
 """Tests as jobs: a durable queue, and a process for each job.
 
-jobs        what a job is, and the seam `JobStore` that the doors talk to
-settings, address  where the data and the database are, from the environment; where the service is
-tables, deliveries, store  the seam in SQL: our tables, DBOS's queue, both in one transaction
-folder      a job's folder: spec, progress, rows, log, lock, result
-child, warm what runs in the process of a job, and what that process has ready
-supervisor  one delivery of a job: start, watch, stop, settle
-worker, pulse  take jobs from the queue in N slots; heartbeats, and jobs of dead workers
+jobs        what a job is, and the interface `JobStore` that API and command line use
+settings, address  data folder and database, from the environment; address of the service
+tables, deliveries, store  `JobStore` in SQL: our tables and DBOS's queue, changed in one transaction
+leases      the right of one worker to run and end a job
+folder, row_file  a job's folder: spec, progress, rows, log, lock, result
+job_process, warm  the process of a job, and what the fork server has loaded before it
+supervisor  one delivery of a job: start, watch, stop, record its end
+worker, heartbeat  jobs from the queue in N slots; heartbeats, and recovery of jobs of dead workers
+housekeeping  deletion of jobs, files and ended deliveries
+serving, log, errors  the server process, its log, errors of its clients
+api         the REST interface and the console's pages
 """

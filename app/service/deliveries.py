@@ -154,7 +154,7 @@ def listen(work: Callable[[str], None], engine: sa.Engine, url: str, worker: str
         "executor_id": worker,
         "run_migrations": False,
         "use_listen_notify": False,
-        # Nobody listens; but leaving waits for this thread.
+        # No notification is used, but shutdown waits for this thread.
         "notification_listener_polling_interval_sec": 0.5,
         "scheduler_polling_interval_sec": 3600.0,
         "log_level": "ERROR",

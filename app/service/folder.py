@@ -80,7 +80,7 @@ class JobFolder:
 
     def write_progress(self, progress: Progress, ran: float) -> None:
         """Write the progress of the job and its run time over all attempts [s]."""
-        # Not synchronised to disk: after a power cut the next attempt says it anew.
+        # Not synchronised to disk: after a power cut the next attempt writes it again.
         temporary = self.path / f".progress-{os.getpid()}.json"
         temporary.write_text(json.dumps({**asdict(progress), "ran": ran}), encoding="utf-8")
         temporary.replace(self.path / "progress.json")

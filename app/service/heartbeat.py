@@ -27,7 +27,7 @@ _OPEN: Final = ("queued", "running", "cancelling")
 _log: Final = logging.getLogger(__name__)
 
 
-class Pulse:
+class Heartbeat:
     """Heartbeat of a worker in the store.
 
     Parameters
@@ -55,7 +55,7 @@ class Pulse:
             connection.execute(
                 sa.insert(workers).values(id=worker, host=socket.gethostname(), slots=slots, until=self._until)
             )
-        self._thread = threading.Thread(target=self._beat, name="knitlab-pulse", daemon=True)
+        self._thread = threading.Thread(target=self._beat, name="knitlab-heartbeat", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -78,14 +78,14 @@ class Pulse:
                 if not known:
                     self._on_lost()
                     return
-                bury(self._store)
+                requeue_dead(self._store)
             except AWAY as error:
                 _log.warning("no heartbeat: %s", first_line(error))
-            except Exception:  # noqa: BLE001 (without a pulse it would work on what others take from it)
+            except Exception:  # noqa: BLE001 (without a heartbeat others would take its jobs while it runs them)
                 _log.exception("no heartbeat")
 
 
-def bury(store: Store) -> int:
+def requeue_dead(store: Store) -> int:
     """Requeue the deliveries of workers that are unknown or silent for longer than their lease; return how many."""
     with store.engine.begin() as connection:
         connection.execute(sa.delete(workers).where(workers.c.until < database_now(store.engine)))
@@ -96,22 +96,22 @@ def bury(store: Store) -> int:
     return count
 
 
-def adopt(store: Store) -> int:
+def requeue_lost(store: Store) -> int:
     """Requeue jobs that the queue has lost, as after a fault of the service; return how many."""
     rows = sa.select(jobs.c.id, jobs.c.delivery).where(jobs.c.state.in_(_OPEN))
     orphans: list[sa.Row[tuple[str, int]]] = forgotten(
         store.client, rows, jobs.c.id + "." + sa.cast(jobs.c.delivery, sa.Text)
     )
-    return sum(_adopted(store, orphan.id, orphan.delivery) for orphan in orphans)
+    return sum(_requeue(store, orphan.id, orphan.delivery) for orphan in orphans)
 
 
-def _adopted(store: Store, job: str, delivery: int) -> bool:
+def _requeue(store: Store, job: str, delivery: int) -> bool:
     """Requeue one job unless it was changed in the meantime."""
     with store.engine.begin() as connection:
         row = hold(connection, job)
         if row is None or row.delivery != delivery or row.state not in _OPEN:
             return False
-        # One that was to be cancelled stays so: its next delivery ends it.
+        # A job that is being cancelled stays so: its next delivery ends it.
         state = "cancelling" if row.state == "cancelling" else "queued"
         values = {"state": state, "owner": None, "delivery": delivery + 1}
         connection.execute(sa.update(jobs).where(jobs.c.id == job).values(values))

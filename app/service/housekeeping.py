@@ -93,7 +93,7 @@ def clear(store: Store, ids: Sequence[str] | None = None) -> int:
         found = connection.execute(query).all()
     looks: dict[float | None, list[str]] = {}
     for job, since in found:
-        # A second look that finds nothing is the last.
+        # Looked for once more, `AGAIN` seconds after the deletion.
         look = since + AGAIN if now < since + AGAIN else None
         try:
             shutil.rmtree(store.files(job).path)
@@ -126,7 +126,7 @@ class Housekeeping:
     def __init__(self, store: Store, keep: float | None) -> None:
         self._store, self._keep = store, keep
         self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._look_after, name="knitlab-housekeeping", daemon=True)
+        self._thread = threading.Thread(target=self._maintain, name="knitlab-housekeeping", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -134,7 +134,7 @@ class Housekeeping:
         self._stopped.set()
         self._thread.join()
 
-    def _look_after(self) -> None:
+    def _maintain(self) -> None:
         while not self._stopped.is_set():
             try:
                 self._look()

@@ -57,7 +57,7 @@ def work(folder: str, threads: int = 1) -> None:
     """
     use_threads(threads)
     files = JobFolder(Path(folder))
-    os.setsid()  # Ctrl-C in the server's terminal is the server's business
+    os.setsid()  # Ctrl-C in the server's terminal must not reach the job
     _die_with_parent()
     _work_in(files)
 
@@ -65,7 +65,7 @@ def work(folder: str, threads: int = 1) -> None:
 def _work_in(files: JobFolder) -> None:
     """Work in a job's folder; exit with one of the exit codes if the job has not ended."""
     try:
-        _say_into(files.log)
+        _redirect_output(files.log)
         with files.lock():
             if files.result() is None:
                 _attempt(files)
@@ -84,7 +84,7 @@ def _work_in(files: JobFolder) -> None:
 def _attempt(files: JobFolder) -> None:
     """Run the job's test, from its checkpoint if it has one, and write the result."""
     watch = _Watch(files)
-    # SIGINT too: whoever stops a whole group of processes sends it, and it is no end of the test.
+    # SIGINT too: it reaches a whole process group, and must not end the test.
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, watch.ask_to_stop)
     _log(f"process {os.getpid()} begins")
@@ -99,7 +99,7 @@ def _attempt(files: JobFolder) -> None:
     except BaseException as error:
         if fault_of(error) is not None:
             raise
-        # Where it went wrong is for whoever looks after the service: files with a dot are shown to no one else.
+        # The trace is for the operator of the service: clients are not shown hidden files.
         (files.path / ".crash").write_text(traceback.format_exc(), encoding="utf-8")
         sys.stderr.write(f"{type(error).__name__}: {error}\n")
         raise SystemExit(1) from error
@@ -122,10 +122,10 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     draw = draw_here if spec.pictures else None
     if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
         try:
-            over = _look_back(files, watch, going_on=(files.run / CHECKPOINT).exists())
+            over = _report_earlier(files, watch, going_on=(files.run / CHECKPOINT).exists())
             ended = resume_run(files.run, watch.progress, watch.row, draw=draw)
         except (FormatError, FileNotFoundError) as error:
-            # As after an upgrade: late is better than never.
+            # Versions differ after an upgrade: the test is run again from its start.
             _log(f"begins again: {error}")
         else:
             if not over:
@@ -137,7 +137,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     return ended
 
 
-def _look_back(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
+def _report_earlier(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
     """Report how far earlier attempts came; tell whether the test has ended."""
     from app.records.reader import RunReader  # noqa: PLC0415
 
@@ -220,7 +220,7 @@ class _Watch:
         self._files.write_progress(progress, self._ran_before + spent)
 
 
-def _say_into(log: Path) -> None:
+def _redirect_output(log: Path) -> None:
     """Redirect this process's output to the job's log."""
     descriptor = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
     for stream in (1, 2):
@@ -230,7 +230,7 @@ def _say_into(log: Path) -> None:
 
 
 def _log(text: str) -> None:
-    with suppress(OSError):  # no job fails for want of room for a line
+    with suppress(OSError):  # a full disk must not fail the job for a line of its log
         sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
 
 

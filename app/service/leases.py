@@ -48,7 +48,7 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Claim:
+class Lease:
     """The right to run a job.
 
     While the database is away its calls wait; once the service leaves they raise what the database raised.
@@ -75,7 +75,7 @@ class Claim:
 
     def asked(self) -> Asked | None:
         """Return what the store asks of this run now."""
-        return self.patiently(lambda: orders(self.store, [self.job])[self.job]).to(self.owner)
+        return self.retrying(lambda: orders(self.store, [self.job])[self.job]).to(self.owner)
 
     def begin(self) -> None:
         """Count an attempt."""
@@ -85,7 +85,7 @@ class Claim:
         """Count a crash and return how many there were; None if the lease is lost."""
         ours = self._update({"crashes": jobs.c.crashes + 1})
         query = sa.select(jobs.c.crashes).where(jobs.c.id == self.job)
-        return self.patiently(lambda: self._scalar(query)) if ours else None
+        return self.retrying(lambda: self._scalar(query)) if ours else None
 
     def settle(self, result: Result) -> None:
         """Record the end of the job."""
@@ -114,11 +114,11 @@ class Claim:
                     enqueue(self.store.client, connection, delivery_id(self.job, self.delivery + 1), AGAIN)
                 connection.execute(sa.update(jobs).where(jobs.c.id == self.job).values(values))
 
-        self.patiently(let_go)
+        self.retrying(let_go)
 
-    def patiently(self, do: Callable[[], _ResultT]) -> _ResultT:
+    def retrying(self, do: Callable[[], _ResultT]) -> _ResultT:
         """Retry a database action until the database answers, so that results are not lost."""
-        return _patiently(do, self.leaving)
+        return _retrying(do, self.leaving)
 
     def _update(self, values: dict[str, object]) -> bool:
         """Update the job if the lease is still held."""
@@ -129,14 +129,14 @@ class Claim:
             with self.store.engine.begin() as connection:
                 return bool(connection.execute(running.values(values)).rowcount)
 
-        return self.patiently(change)
+        return self.retrying(change)
 
     def _scalar(self, query: sa.Select[int]) -> int | None:
         with self.store.engine.begin() as connection:
             return connection.execute(query).scalar()
 
 
-def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None:
+def take_lease(store: Store, delivery: str, leaving: threading.Event) -> Lease | None:
     """Take the lease of a delivered job; None if nothing is left to do for this delivery."""
     job, number = read_delivery_id(delivery)
     owner = uuid.uuid4().hex
@@ -148,13 +148,13 @@ def claim(store: Store, delivery: str, leaving: threading.Event) -> Claim | None
         with store.engine.begin() as connection:
             if connection.execute(this.where(jobs.c.state.in_(("queued", "running"))).values(begun)).rowcount:
                 return True
-            # Whoever was asked to cancel it died first.
+            # The worker that was to cancel it died before.
             connection.execute(this.where(jobs.c.state == "cancelling").values(CANCELLED | {"finished": now}))
             return False
 
-    if not _patiently(take, leaving):
+    if not _retrying(take, leaving):
         return None
-    return Claim(store=store, job=job, delivery=number, owner=owner, leaving=leaving)
+    return Lease(store=store, job=job, delivery=number, owner=owner, leaving=leaving)
 
 
 def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
@@ -167,7 +167,7 @@ def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
     return gone | {job: Order(owner=row.owner, state=row.state, wanted=row.wanted) for job, row in found.items()}
 
 
-def _patiently(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT:
+def _retrying(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT:
     while True:
         try:
             return do()

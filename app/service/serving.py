@@ -135,7 +135,7 @@ def _answering(app: FastAPI, listener: socket.socket, limits: Limits) -> Iterato
     server = uvicorn.Server(config)
 
     def ask_to_stop(_signal: int, _frame: FrameType | None) -> None:
-        # The second time it is meant. (No lock is taken here: whom the signal interrupts may hold it.)
+        # A second signal stops at once. (No lock is taken here: the interrupted thread may hold it.)
         server.force_exit = server.should_exit
         server.should_exit = True
 

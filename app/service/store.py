@@ -157,12 +157,12 @@ class Store:
                 return CANCELLED | {"finished": time.time()}
             return {"state": "cancelling", "wanted": None} if row.state == "running" else {}
 
-        return self._wish(job, change)
+        return self._change(job, change)
 
     def pause(self, job: str) -> Job:
         """Pause a queued or running job at its checkpoint."""
         answers = {"queued": {"state": "paused"}, "running": {"wanted": "pause"}}
-        return self._wish(job, lambda row, _: answers.get(row.state, {}))
+        return self._change(job, lambda row, _: answers.get(row.state, {}))
 
     def resume(self, job: str) -> Job:
         """Queue a paused job again."""
@@ -173,13 +173,13 @@ class Store:
             enqueue(self.client, connection, delivery_id(job, row.delivery + 1), SINGLE)
             return {"state": "queued", "wanted": None, "delivery": row.delivery + 1}
 
-        return self._wish(job, change)
+        return self._change(job, change)
 
     def delete(self, job: str) -> None:
         """Delete a job that has ended, and its files."""
         delete(self, job)
 
-    def _wish(self, job: str, change: Callable[[_Row, sa.Connection], Mapping[str, object]]) -> Job:
+    def _change(self, job: str, change: Callable[[_Row, sa.Connection], Mapping[str, object]]) -> Job:
         """Change a job according to its state, in a transaction that has locked its row."""
         with self.engine.begin() as connection:
             row = hold(connection, job)

@@ -17,7 +17,7 @@ import psutil
 
 from app.service import job_process
 from app.service.folder import Result
-from app.service.leases import AWAY, claim, first_line, orders
+from app.service.leases import AWAY, first_line, orders, take_lease
 
 if TYPE_CHECKING:
     from multiprocessing.context import ForkServerContext, SpawnContext
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from app.service.folder import JobFolder
     from app.service.jobs import JobSpec
-    from app.service.leases import Claim, Order
+    from app.service.leases import Lease, Order
     from app.service.store import Store
 
 Stop = Literal["cancel", "pause", "drain", "lost", "timeout", "memory"]
@@ -85,7 +85,7 @@ class Supervisor:
         """Work on a delivery until its job ends, pauses or belongs to another worker."""
         held = None
         try:
-            held = claim(self.store, delivery, self.draining)
+            held = take_lease(self.store, delivery, self.draining)
             if held is not None:
                 self._running.add(held.job)
                 self._run(held)
@@ -102,7 +102,7 @@ class Supervisor:
                 self._running.discard(held.job)
                 self._orders.pop(held.job, None)
 
-    def _wait_and_release(self, held: Claim | None, error: BaseException) -> None:
+    def _wait_and_release(self, held: Lease | None, error: BaseException) -> None:
         """Release a job that this host cannot run, and take no other one for a while.
 
         No fault of the job: the data folder is away, a disk is full, the database does not answer.
@@ -112,11 +112,11 @@ class Supervisor:
         _log.error("cannot work: %s; trying again in %.0f s", first_line(error), pause)
         self.draining.wait(pause)
         if held is not None:
-            with suppress(*AWAY):  # then whoever notices that we are gone queues it again
+            with suppress(*AWAY):  # then other workers requeue it once this one is silent
                 held.release()
 
-    def _run(self, held: Claim) -> None:
-        spec, files = held.patiently(lambda: self.store.spec(held.job)), self.store.files(held.job)
+    def _run(self, held: Lease) -> None:
+        spec, files = held.retrying(lambda: self.store.spec(held.job)), self.store.files(held.job)
         files.write_spec(spec)
         while (result := files.result()) is None:
             if self.draining.is_set():
@@ -125,7 +125,7 @@ class Supervisor:
             stop, code = self._attempt(held, spec, files)
             if files.result() is not None or stop == "drain":
                 continue
-            # What is asked now: a process may have ended before anybody looked.
+            # Polled now: a process may have ended between two polls.
             stop = held.asked() or stop
             if stop == "lost":
                 return
@@ -140,7 +140,7 @@ class Supervisor:
                 files.write_result(failed)
         held.settle(result)
 
-    def _verdict(self, held: Claim, spec: JobSpec, stop: Stop | None, code: int) -> Result | None:
+    def _verdict(self, held: Lease, spec: JobSpec, stop: Stop | None, code: int) -> Result | None:
         """Return the end of a job whose process ended without a result; None to try again."""
         match stop:
             case "cancel":
@@ -150,7 +150,7 @@ class Supervisor:
             case "memory":
                 limit = (spec.memory or 0) / _MEBIBYTE
                 return Result(end=stop, message=f"held more than its memory limit of {limit:.0f} MiB", failed=True)
-        # Whoever stops the whole service may stop its processes one by one.
+        # The whole service may be stopped process by process.
         if code == job_process.STOPPED or self.draining.is_set():
             return None
         times = held.crashed()
@@ -158,7 +158,7 @@ class Supervisor:
             return None
         return Result(end="crash", message=_crash(times, code), failed=True)
 
-    def _attempt(self, held: Claim, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
+    def _attempt(self, held: Lease, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
         """Run the job's process once; return why it was stopped and its exit code."""
         process = self._context.Process(target=job_process.work, args=(str(files.path), self._threads), daemon=True)
         with self._processes:
@@ -175,20 +175,20 @@ class Supervisor:
                 connection.wait([process.sentinel], timeout=GRACE)
         finally:
             self._end(process)
-        # One that found the folder taken was no attempt.
+        # A process that found the folder locked does not count as an attempt.
         if not counted and process.exitcode != job_process.LOCKED:
             held.begin()
         return stop, process.exitcode or 0
 
     def _end(self, process: BaseProcess) -> None:
         """Kill a process with all that it started, and wait until it is gone."""
-        # The number of one that has ended may be somebody else's by now.
+        # The id of an ended process may have been given to another one.
         if not connection.wait([process.sentinel], timeout=0.0):
             _signal(process, signal.SIGKILL)
         with self._processes:
             process.join()
 
-    def _reason(self, held: Claim, spec: JobSpec, process: BaseProcess, ran: float) -> Stop | None:
+    def _reason(self, held: Lease, spec: JobSpec, process: BaseProcess, ran: float) -> Stop | None:
         """Return why a running process must stop now."""
         order = self._orders.get(held.job)
         asked = None if order is None else order.to(held.owner)
@@ -229,7 +229,7 @@ def _context() -> SpawnContext | ForkServerContext:
     """Return the start method of processes: forked from a server with compiled kernels, where fork exists."""
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
-    # Else it looks for our modules in the working folder first, whatever stands there under their names.
+    # Otherwise Python looks for our modules in the working folder first.
     os.environ["PYTHONSAFEPATH"] = "1"
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["app.cli.main", "app.service.warm"])

@@ -40,7 +40,7 @@ def warm_up() -> None:
 
 
 def _prepare() -> None:
-    # The supervisor stops the jobs one by one; the fork server leaves when the supervisor does.
+    # The supervisor stops the jobs one by one; the fork server ends with the supervisor.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     one_thread()
     try:

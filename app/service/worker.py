@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 from app.service.deliveries import listen, stop_listening
-from app.service.heartbeat import LEASE, Pulse, adopt
+from app.service.heartbeat import LEASE, Heartbeat, requeue_lost
 from app.service.leases import AWAY, first_line
 from app.service.supervisor import GRACE, Supervisor
 from knitlab_core.errors import KnitlabError
@@ -52,14 +52,14 @@ class Worker:
         self._lease = lease
         # A second thread pays only where a processor would be idle.
         self._supervisor = Supervisor(store, threads=2 if 2 * slots <= (os.cpu_count() or 1) else 1)
-        self._pulse: Pulse | None = None
+        self._heartbeat: Heartbeat | None = None
         self._changing = threading.Lock()
         self._left = threading.Event()
 
     def start(self) -> None:
         """Compile the kernels, then take jobs; returns at once, the rest happens in threads."""
         threading.Thread(target=self._start, name="knitlab-start", daemon=True).start()
-        threading.Thread(target=self._look_after, name="knitlab-recovery", daemon=True).start()
+        threading.Thread(target=self._recover, name="knitlab-recovery", daemon=True).start()
 
     def drain(self) -> None:
         """Take no more jobs, stop running ones at a checkpoint and requeue them; takes seconds."""
@@ -70,10 +70,10 @@ class Worker:
         self._supervisor.close()
 
     def _start(self) -> None:
-        self._insist(self._supervisor.get_ready)
-        self._insist(self._join)
+        self._retry(self._supervisor.get_ready)
+        self._retry(self._join)
 
-    def _insist(self, do: Callable[[], None]) -> None:
+    def _retry(self, do: Callable[[], None]) -> None:
         """Retry an action that the worker depends on until it succeeds or the worker has left."""
         while not self._left.is_set():
             try:
@@ -92,7 +92,7 @@ class Worker:
             if self._left.is_set():
                 return
             if not embedded:
-                self._pulse = Pulse(store, worker, self._slots, self._lease, self._reborn)
+                self._heartbeat = Heartbeat(store, worker, self._slots, self._lease, self._rejoin)
             try:
                 listen(self._supervisor.deliver, store.engine, store.settings.database, worker, self._slots)
             except Exception:
@@ -102,26 +102,26 @@ class Worker:
 
     def _leave(self) -> None:
         stop_listening(round(GRACE) + 4)
-        if self._pulse is not None:
-            self._pulse.stop()
-            self._pulse = None
+        if self._heartbeat is not None:
+            self._heartbeat.stop()
+            self._heartbeat = None
 
-    def _reborn(self) -> None:
+    def _rejoin(self) -> None:
         """Register again after other workers took this one for dead and its jobs with it."""
-        _log.warning("taken for dead; beginning anew")
+        _log.warning("other workers took this one for dead; registering again")
         self._supervisor.draining.set()
         with self._changing:
             if self._left.is_set():
                 return
             self._leave()
             self._supervisor.draining.clear()
-        self._insist(self._join)
+        self._retry(self._join)
 
-    def _look_after(self) -> None:
+    def _recover(self) -> None:
         """Requeue lost jobs at intervals."""
         while not self._left.is_set():
             try:
-                adopt(self._store)
+                requeue_lost(self._store)
             except AWAY as error:
                 _log.warning("cannot look after the queue: %s", first_line(error))
             except Exception:  # noqa: BLE001 (the next look may go well)

@@ -187,7 +187,7 @@ def test_a_store_that_cannot_write_says_when_to_come_again(
 def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = "Can't write data (file write failed: errno = 28, error message = 'No space left on device')"
     faults = [RuntimeError(words), PermissionError(13, "Permission denied"), OSError(116, os.strerror(116))]
-    monkeypatch.setattr(job_process, "_say_into", lambda _: None)
+    monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
     monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)
     for fault in faults:
 

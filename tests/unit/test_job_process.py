@@ -48,7 +48,7 @@ def test_a_full_disk_is_no_fault_of_the_job(
         raise error
 
     monkeypatch.setattr(job_process, "_test", fail)
-    monkeypatch.setattr(job_process, "_say_into", lambda _: None)
+    monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
     monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)  # of this process, not of a job's
     with pytest.raises(SystemExit) as left:
         job_process._work_in(JobFolder(tmp_path))
@@ -61,7 +61,7 @@ def test_a_result_that_finds_no_room_is_tried_again(tmp_path: Path, monkeypatch:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(job_process, "_test", lambda *_: DONE_RUN)
-    monkeypatch.setattr(job_process, "_say_into", lambda _: None)
+    monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
     monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)
     monkeypatch.setattr(JobFolder, "write_result", full)
     monkeypatch.setattr("app.service.job_process.sys.stderr.write", full)

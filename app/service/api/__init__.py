@@ -1,13 +1,14 @@
 """REST interface of the service: routes, errors, bounds.
 
-build       the app, put together
-context     what every route needs: the store, the token, the bounds
-guard       who is let in
-bodies, bounds  read protocols, and refuse what is too large before it is
-heads, tags, transfer, pages  HEAD, what a client has already, files and their ranges, the pages of a browser
-problems    errors as RFC 9457 has them
-models, documents  what the OpenAPI document says
-routes      one module a part of the table
-rows, streams  what a running test has found so far, and its stream to a client
-metrics     figures for Prometheus
+build       assembly of the app
+context     objects that every route needs: store, token, bounds
+guard, door  access by token or address; limits on connections
+bodies, bounds, checking, concurrency  protocols in requests: reading, size limits, checks in threads and in turns
+sweeping    jobs from the body of a sweep
+head_requests, etags, transfer, pages  HEAD, entity tags, file downloads, pages of the console
+problems, faults  errors in the form of RFC 9457; faults of disk and database
+models, documents  content of the OpenAPI document
+routes      one module a part of the REST table
+rows, streams  rows of a running test, and their stream to a client
+metrics     Prometheus metrics
 """

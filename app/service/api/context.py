@@ -39,7 +39,7 @@ class Context:
     checking: Turns = field(
         default_factory=lambda: Turns(what="other large protocols are being looked at", again=10, patience=30.0)
     )
-    # A client that gave up and asks again waits here, and takes no processor from the first.
+    # A client that retries waits here, and takes no processor from its first request.
     sweeping: Turns = field(default_factory=lambda: Turns(what="other sweeps are being looked at", again=30))
     # Drawing takes hundreds of MB too.
     drawing: Turns = field(

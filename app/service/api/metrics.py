@@ -80,7 +80,7 @@ class CountRequests:
         async def counted(message: Message) -> None:
             if message["type"] == "http.response.start":
                 message["headers"] = [*message["headers"], (b"x-content-type-options", b"nosniff")]
-                # The template, not the path: a label for every job would never end.
+                # The template, not the path, or every job would add a label.
                 route = getattr(scope.get("route"), "path", "none")
                 method = scope["method"] if scope["method"] in _METHODS else "other"
                 self.metrics.requests.labels(method, route, str(message["status"])).inc()

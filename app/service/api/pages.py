@@ -17,7 +17,7 @@ _SCRIPT: Final = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
 
 
 def _policy(*scripts: str) -> dict[str, str]:
-    """Return the headers of a page: content of this service alone, no framing, no caching."""
+    """Return the headers of a page: content of this service alone, no framing, revalidation."""
     parts = (
         "default-src 'self'",
         " ".join(("script-src 'self'", *scripts)),

@@ -226,7 +226,7 @@ async def _on_http(request: Request, error: Exception) -> Response:
     if not isinstance(error, HTTPException):
         return await _on_anything(request, error)
     status, detail, headers = error.status_code, str(error.detail), dict(error.headers or {})
-    # What no route answers falls to the files of the console, which know neither our paths nor our methods.
+    # Paths without a route reach the static files of the console, which allow no other method.
     if methods := _methods(request):
         status, headers["Allow"] = HTTPStatus.METHOD_NOT_ALLOWED, ", ".join(methods)
         detail = f"method: found {request.method}, allowed {headers['Allow']}"

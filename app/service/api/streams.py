@@ -157,7 +157,7 @@ class EventStream(StreamingResponse):
         try:
             await super().__call__(scope, receive, send_in_time)
         except* TimeoutError:
-            # The client has gone without a word; it can come back and go on from what it saw.
+            # The client disconnected; it can reconnect and continue from the last event.
             pass
         finally:
             self._done()

@@ -15,7 +15,7 @@ from app.service.deliveries import forget_ended
 from app.service.folder import Result
 from app.service.housekeeping import Housekeeping, clear, purge
 from app.service.jobs import FINAL, NotEndedError, UnknownJobError
-from app.service.leases import claim
+from app.service.leases import take_lease
 from app.service.settings import settings
 from app.service.store import Store
 from app.service.tables import deleted, jobs, keys
@@ -59,7 +59,7 @@ def test_what_has_not_ended_is_not_deleted(store: Store) -> None:
         with pytest.raises(NotEndedError, match=f"found {state}, allowed .* cancel it first"):
             store.delete(job.id)
         wish(job.id)
-    held = claim(store, f"{job.id}.2", threading.Event())
+    held = take_lease(store, f"{job.id}.2", threading.Event())
     assert held is not None
     for state in ("running", "cancelling"):
         with pytest.raises(NotEndedError, match=state):
@@ -71,7 +71,7 @@ def test_what_has_not_ended_is_not_deleted(store: Store) -> None:
     assert held.asked() == "lost"
     held.release()
     assert count(store, jobs) == 0
-    assert claim(store, f"{job.id}.2", threading.Event()) is None
+    assert take_lease(store, f"{job.id}.2", threading.Event()) is None
 
 
 def test_a_key_of_what_is_deleted_stands_for_a_new_job(store: Store) -> None:

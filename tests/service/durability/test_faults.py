@@ -131,7 +131,7 @@ def test_files_of_a_newer_build_are_read(tmp_path: Path) -> None:
 
 
 def test_orders_of_a_leaving_service_do_not_wait_for_its_database(lab: Lab) -> None:
-    from app.service.leases import AWAY, claim  # noqa: PLC0415
+    from app.service.leases import AWAY, take_lease  # noqa: PLC0415
 
     leaving = threading.Event()
     leaving.set()
@@ -144,6 +144,6 @@ def test_orders_of_a_leaving_service_do_not_wait_for_its_database(lab: Lab) -> N
     lab.store.engine = Away()  # type: ignore[assignment]
     try:
         with pytest.raises(AWAY):
-            claim(lab.store, "none.1", leaving)
+            take_lease(lab.store, "none.1", leaving)
     finally:
         lab.store.engine = engine

@@ -83,7 +83,7 @@ def file(
     request: Request,
 ) -> Response:
     """Return a file, whole or the ranges that `Range` asks for."""
-    # Looked up among the files that are there: a path that leads elsewhere is none of them.
+    # Looked up among the listed files, so that no path can lead outside the folder.
     path = _files(here.store.folder(job)).get(name)
     try:
         stream = None if path is None else path.open("rb")
@@ -123,7 +123,7 @@ def log(
     with TemporaryDirectory(prefix="knitlab-log-") as folder:
         path = _exported(run, Path(folder), dialect, locale)
         media = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
-        # The open file outlives its folder, and goes with the answer.
+        # The open file is read to its end even if its folder is deleted.
         return transfer(request, path.open("rb"), path.name, media)
 
 

@@ -10,23 +10,23 @@ import sqlalchemy as sa
 
 from app.service.deliveries import delivery_id
 from app.service.folder import Result
-from app.service.heartbeat import Pulse, adopt, bury
+from app.service.heartbeat import Heartbeat, requeue_dead, requeue_lost
 from app.service.jobs import JobSpec
-from app.service.leases import claim
+from app.service.leases import take_lease
 from app.service.tables import hold, jobs, workers
 from app.service.worker import Worker
 
 if TYPE_CHECKING:
     from app.service.jobs import Job
-    from app.service.leases import Claim
+    from app.service.leases import Lease
     from app.service.store import Store
 
 SPEC = JobSpec(name="a", protocol="text: of a protocol\n")
 DONE = Result(end="target", message="", failed=False)
 
 
-def taken(store: Store, job: Job, number: int = 1) -> Claim:
-    held = claim(store, delivery_id(job.id, number), threading.Event())
+def taken(store: Store, job: Job, number: int = 1) -> Lease:
+    held = take_lease(store, delivery_id(job.id, number), threading.Event())
     assert held is not None
     return held
 
@@ -42,7 +42,7 @@ def test_a_job_that_is_let_go_of_is_queued_again(store: Store) -> None:
     taken(store, job).release()
     assert store.get(job.id).state == "queued"
     assert deliveries(store) == {f"{job.id}.1", f"{job.id}.2"}
-    assert claim(store, f"{job.id}.1", threading.Event()) is None
+    assert take_lease(store, f"{job.id}.1", threading.Event()) is None
     taken(store, job, 2)
 
 
@@ -106,27 +106,27 @@ def test_what_the_queue_has_forgotten_is_queued_again(store: Store) -> None:
     taken(store, done).settle(DONE)
     for job in (queued, running, cancelling, done):
         store.client.cancel_workflow(delivery_id(job.id, 1))
-    assert adopt(store) == 3
-    assert adopt(store) == 0
+    assert requeue_lost(store) == 3
+    assert requeue_lost(store) == 0
     assert deliveries(store) == {f"{waiting.id}.1", *(f"{job.id}.2" for job in (queued, running, cancelling))}
     assert old.asked() == "lost"
-    assert claim(store, f"{cancelling.id}.2", threading.Event()) is None
+    assert take_lease(store, f"{cancelling.id}.2", threading.Event()) is None
     states = [store.get(job.id).state for job in (queued, running, cancelling, waiting, done)]
     assert states == ["queued", "queued", "cancelled", "queued", "succeeded"]
 
 
 def test_each_worker_is_dead_by_its_own_lease(store: Store) -> None:
     job = store.submit(SPEC)
-    slow = Pulse(store, "slow", 1, lease=60.0, on_lost=lambda: None)
+    slow = Heartbeat(store, "slow", 1, lease=60.0, on_lost=lambda: None)
     with store.engine.begin() as connection:
         connection.execute(sa.insert(workers).values(id="dead", host="h", slots=1, until=0.0))
         table = "workflow_status" if store.settings.embedded else "dbos.workflow_status"
         connection.execute(sa.text(f"UPDATE {table} SET status = 'PENDING', executor_id = 'slow'"))  # noqa: S608
-    assert bury(store) == 0
+    assert requeue_dead(store) == 0
     with store.engine.begin() as connection:
         assert set(connection.scalars(sa.select(workers.c.id))) == {"slow"}
     slow.stop()
-    assert bury(store) == 1
+    assert requeue_dead(store) == 1
     assert deliveries(store) == {f"{job.id}.1"}
 
 
@@ -139,5 +139,5 @@ def test_a_worker_insists_until_it_works(store: Store, monkeypatch: pytest.Monke
         if len(tries) < 3:
             raise sa.exc.OperationalError("", None, ConnectionError("away"))
 
-    worker._insist(work)
+    worker._retry(work)
     assert len(tries) == 3
