@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from app.records.folder import RECORD
-from app.records.reader import RunReader
 from app.records.storage import fault_of
 from knitlab_core.errors import KnitlabError
 
@@ -47,6 +46,8 @@ def _reason(number: int, error: BaseException, folder: Path) -> str:
 
 def _kept(folder: Path) -> str:
     """Return what was recorded of a run, and how to get the rest."""
+    from app.records.reader import RunReader  # noqa: PLC0415 (the command line imports this module at its start)
+
     go_on = f"when that is mended go on with: knitlab resume {folder}"
     try:
         run = RunReader(folder / RECORD)

@@ -1,4 +1,7 @@
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -6,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
-from rigs.axes import FloatArray
 from rigs.instruments.channels import Channel, Instrument, Zeroing, measure, overloaded
 from rigs.instruments.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
 from rigs.instruments.ticks import Stretch, ticks
 from rigs.record import Trace, trace_of
 from tests.synthetic_run import row, rows, stage_instrument
+
+if TYPE_CHECKING:
+    from rigs.axes import FloatArray
 
 STAGE = stage_instrument()
 TRACE = trace_of(rows())

@@ -1,6 +1,8 @@
 """The shapes of a run as VTK's own reader finds them."""
 
-from pathlib import Path
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
@@ -10,9 +12,13 @@ from app.records.layout import make_record
 from app.records.reader import RunReader
 from app.records.vtkhdf import growing
 from app.records.writer import RunWriter
-from rigs.axes import FloatArray
 from rigs.record import Frame, Phase
 from tests.synthetic_run import BOTH, SIZE, make_run, row, stage_instrument
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigs.axes import FloatArray
 
 STRANDS = (5, 7)
 
