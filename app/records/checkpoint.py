@@ -180,7 +180,7 @@ def read_checkpoint(path: Path) -> Saved:
 
 
 def _cursor(plain: dict[str, Any]) -> ResumePoint:
-    """Return the cursor of plain data."""
+    """Rebuild the resume point from plain data."""
     place, last, memory, readings = (plain[name] for name in ("place", "last", "memory", "readings"))
     history = History(**memory["history"] | {"free": tuple(memory["history"]["free"])})
     return ResumePoint(
