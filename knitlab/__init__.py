@@ -18,8 +18,8 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 >>> f"{len(force)} equilibria, to a strain of {strain[-1]:.3f}"
 '5 equilibria, to a strain of 0.050'
 
-protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Repeat, UntilRupture, Image;
-           Target, Until, Bound, StrainRate, ForceRate, StepLog
+protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
+           UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog
 specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
@@ -91,6 +91,7 @@ if TYPE_CHECKING:
         Target,
         Until,
         UntilRupture,
+        Waveform,
         Zero,
     )
     from rigs.protocol.targets import Bound
@@ -136,6 +137,7 @@ __all__ = [
     "UntilRupture",
     "Value",
     "VolumetricStitch",
+    "Waveform",
     "Yarn",
     "Zero",
     "__version__",
@@ -194,6 +196,7 @@ _HOMES: Final = {
     "UntilRupture": "rigs.protocol.protocol:UntilRupture",
     "Value": "knitlab_core.materials:Value",
     "VolumetricStitch": "knitlab_core.knits:VolumetricStitch",
+    "Waveform": "rigs.protocol.protocol:Waveform",
     "Yarn": "knitlab_core.knits:Yarn",
     "Zero": "rigs.protocol.protocol:Zero",
     "__version__": "app.version:__version__",

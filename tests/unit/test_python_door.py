@@ -58,6 +58,13 @@ def test_every_error_of_the_core_is_in_the_door() -> None:
     assert named <= ERRORS
 
 
+def test_every_step_is_in_the_door() -> None:
+    from rigs.protocol import protocol  # noqa: PLC0415
+
+    built = {name for name in protocol.__all__ if isinstance(getattr(protocol, name), type)}
+    assert built - {"Step"} <= set(knitlab.__all__)
+
+
 def test_the_import_loads_no_library() -> None:
     heavy = {"numpy", "scipy", "numba", "matplotlib", "pint", "pydantic", "h5py", "httpx", "ruamel.yaml", "rigs"}
     code = f"import knitlab, sys; print(sorted({heavy!r} & set(sys.modules)))"
