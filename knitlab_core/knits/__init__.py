@@ -3,6 +3,7 @@
 fabric      what every fabric knows of itself: the protocol behind which the knits stand
 registry    fabrics that have a name
 stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
+garter, rib  ... with purl rows or wales
 volumetric_stitch  the knit of many layers (volumetric_shape, volumetric_row, volumetric)
 own_centreline  a user's own yarn, through points (curve)
 filament    no knit: a straight fibre to prove a rig with

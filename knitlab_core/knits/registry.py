@@ -10,13 +10,20 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.garter import NAMED_GARTERS
+from knitlab_core.knits.rib import NAMED_RIBS
 from knitlab_core.knits.stitch import NAMED_STITCHES
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES
 
 if TYPE_CHECKING:
     from knitlab_core.knits.fabric import Fabric
 
-_FABRICS: Final[dict[str, Fabric]] = {**NAMED_STITCHES, **NAMED_VOLUMETRIC_STITCHES}
+_FABRICS: Final[dict[str, Fabric]] = {
+    **NAMED_STITCHES,
+    **NAMED_VOLUMETRIC_STITCHES,
+    **NAMED_RIBS,
+    **NAMED_GARTERS,
+}
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
 
 
