@@ -49,7 +49,8 @@ def further_errors(
     fields = [error.field for error in found]
     rigless = "rig" not in data or "rig" in fields
     specimen = data.get("specimen")
-    if isinstance(specimen, dict) and isinstance(specimen.get("knit"), dict) and "centreline" in specimen["knit"]:
+    knit = specimen.get("knit") if isinstance(specimen, dict) else None
+    if isinstance(knit, dict) and "centreline" in knit:
         # The file that it may stand in is not at hand here.
         fields.append("specimen.knit")
     knitless = any(is_within(field, "specimen.knit") for field in fields)

@@ -71,7 +71,8 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
     if facts.locking_strain is not None:
-        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
+        (loop,) = loop_budgets(spec.fabric, spec.yarn).values()
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-{loop.error:.1%})"
     for name, text in (
         ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),

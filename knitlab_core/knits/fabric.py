@@ -47,6 +47,8 @@ class LoopBudget(NamedTuple):
     """Yarn spent along the loop's height over that spent along the course: twice the row spacing [1]."""
     fibre_radius: float
     """Radius of the yarn where strands cross [loop widths]."""
+    error: float
+    """By how much the locking strain may be off, rms [1]."""
 
 
 class PlateRoom(NamedTuple):
@@ -62,6 +64,9 @@ class Fabric(Protocol):
     """Promise all that a specimen needs to know of a fabric; a frozen dataclass, equal where its numbers are."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __hash__(self) -> int:
+        """Return the same number for equal fabrics."""
 
     @property
     def fibre_radius(self) -> float:

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.planar import PlanarRow
 
-_MIRROR: Final = (1.0, 1.0, -1.0)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PurlRow:
@@ -54,19 +52,25 @@ class PurlRow:
 
     def position(self, s: FloatArray) -> FloatArray:
         """Return points, (n,) -> (n, 3) [loop widths]."""
-        return self.knit_row.position(s) * np.array(_MIRROR)
+        return _mirrored(self.knit_row.position(s))
 
     def tangent(self, s: FloatArray) -> FloatArray:
         """Return unit tangents, (n,) -> (n, 3)."""
-        return self.knit_row.tangent(s) * np.array(_MIRROR)
+        return _mirrored(self.knit_row.tangent(s))
 
     def curvature(self, s: FloatArray) -> FloatArray:
         """Return curvature vectors, (n,) -> (n, 3) [1/loop width]."""
-        return self.knit_row.curvature(s) * np.array(_MIRROR)
+        return _mirrored(self.knit_row.curvature(s))
 
     def place(self, s: float) -> str:
         """Name the row and the loop, both counted from 0."""
         return self.knit_row.place(s)
+
+
+def _mirrored(vectors: FloatArray) -> FloatArray:
+    """Return vectors (n, 3) with front and back exchanged."""
+    mirrored: FloatArray = vectors * np.array([1.0, 1.0, -1.0])
+    return mirrored
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +78,7 @@ class Garter(Stitch):
     """Knit garter: even rows as `Row`, odd rows mirrored. A `Fabric` with the numbers of `LoopShape`."""
 
     wave: ClassVar[float] = 3.0
+    locking_error: ClassVar[float] = 0.04
 
     def row(self, number: int, loops: int) -> PlanarRow:
         """Return a row, counted from 0; even ones are knit, odd ones purl."""

@@ -80,6 +80,9 @@ class LoopShape:
     wave: ClassVar[float] = 2.0
     """Multiple of t in the coordinate out of the plane: ``d cos(wave t)``."""
 
+    locking_error: ClassVar[float] = 0.013
+    """By how much the estimate of its locking strain is off, rms [1]."""
+
     def __post_init__(self) -> None:
         for field in fields(self):
             check_number(field.name, getattr(self, field.name), most=LARGEST[field.name])
@@ -106,8 +109,9 @@ def neighbour_gap(stitch: LoopShape) -> float:
 def locking_strain(stitch: LoopShape, yarn_per_loop: float, fibre_radius: float | None = None) -> float:
     """Estimate the biaxial strain at which a loop has used up its yarn.
 
-    ``[1.005 L - (11.67 r + 1.076 d - 0.179 (a - 1.5) - 0.075)] / (1 + 2 w) - 1``, a fit over 162 designs
-    with an error of 0.013 rms: near it the yarn itself must stretch and forces rise steeply.
+    ``[1.005 L - (11.67 r + 1.076 d m/2 - 0.179 (a - 1.5) - 0.075)] / (1 + 2 w) - 1``, a fit over 162 designs
+    with an error of 0.013 rms: near it the yarn itself must stretch and forces rise steeply. The fit is of
+    stockinette, whose wave m is 2; what yarn spends on changing sides goes with the number of changes.
 
     Parameters
     ----------
@@ -124,5 +128,7 @@ def locking_strain(stitch: LoopShape, yarn_per_loop: float, fibre_radius: float 
         Strain, the same along course and wale [1].
     """
     radius = stitch.fibre_radius if fibre_radius is None else fibre_radius
-    taken_by_crossings = 11.67 * radius + 1.076 * stitch.depth - 0.179 * (stitch.curvature - 1.5) - 0.075
+    taken_by_crossings = (
+        11.67 * radius + 1.076 * (0.5 * stitch.wave) * stitch.depth - 0.179 * (stitch.curvature - 1.5) - 0.075
+    )
     return (1.005 * yarn_per_loop - taken_by_crossings) / (1.0 + 2.0 * stitch.row_spacing) - 1.0

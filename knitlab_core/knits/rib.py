@@ -161,6 +161,7 @@ class Rib(Stitch):
     """Knit rib 1x1: every other wale is purl, the first one knit. A `Fabric` with the numbers of `LoopShape`."""
 
     wave: ClassVar[float] = 2.5
+    locking_error: ClassVar[float] = 0.04
 
     @property
     def edge_loop(self) -> LoopShape:

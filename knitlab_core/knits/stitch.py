@@ -126,4 +126,6 @@ NAMED_STITCHES: Final[Mapping[str, Stitch]] = MappingProxyType(
 def planar_budget(loop: LoopShape, fibre_radius: float) -> LoopBudget:
     """Return the budget of a planar loop whose strands have a radius of their own where they cross [loop widths]."""
     locking = locking_strain(loop, arc_table(loop).loop_length, fibre_radius)
-    return LoopBudget(locking=locking, share=2.0 * loop.row_spacing, fibre_radius=fibre_radius)
+    return LoopBudget(
+        locking=locking, share=2.0 * loop.row_spacing, fibre_radius=fibre_radius, error=loop.locking_error
+    )

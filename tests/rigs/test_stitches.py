@@ -9,7 +9,7 @@ import pytest
 
 from knitlab_core.equilibrium.march import march
 from knitlab_core.knits import clasp_numbers
-from rigs.axes import COORDINATE
+from rigs.axes import COORDINATE, SITES
 from rigs.machines.rig import pose, read
 from rigs.protocol.protocol import Cycle, Zero
 
@@ -38,7 +38,8 @@ def test_a_pull_along_both_axes_converges_and_lets_no_loop_go(
         state = found
         forces.append([read(stage, state).force[axis] for axis in ("C", "W")])
     sites, radius = stage.specimen.sites, stage.specimen.radius
-    for axis, near, far in (("C", "course-", "course+"), ("W", "wale-", "wale+")):
+    for axis in stage.gauges:
+        near, far = SITES[axis]
         moved = state.q[:, COORDINATE[axis]] - start[:, COORDINATE[axis]]
         assert radius * (moved[sites[far]].mean() - moved[sites[near]].mean()) == pytest.approx(goal[axis])
     pulls = np.array(forces)

@@ -107,7 +107,7 @@ def test_the_locking_strain_is_that_of_the_yarn_of_a_loop(stitch: Stitch, wave: 
 
     yarn = 2.0 * quad(speed, 0.0, np.pi, epsrel=1e-12)[0]
     assert stitch.loop_length(Counts(2, 2)) == pytest.approx(yarn, rel=1e-10)
-    crossings = 11.67 * r + 1.076 * d - 0.179 * (a - 1.5) - 0.075
+    crossings = 11.67 * r + 1.076 * d * wave / 2.0 - 0.179 * (a - 1.5) - 0.075
     found = stitch.budgets(r)["W"]
     assert found.locking == pytest.approx((1.005 * yarn - crossings) / (1.0 + 2.0 * w) - 1.0, rel=1e-9)
     assert stitch.budgets(2.0 * r)["W"].locking < found.locking
