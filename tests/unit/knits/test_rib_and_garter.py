@@ -83,7 +83,7 @@ def test_rows_too_far_apart_do_not_hold_each_other(stitch: Stitch) -> None:
 def test_strands_of_the_defaults_are_clear_of_each_other(stitch: Stitch, least: float) -> None:
     knit = knit_specimen(stitch, rows=3, loops=3, loop_width=1.0)
     assert knit.clearance > least
-    arcs = np.linspace(0.0, knit.centreline.length, 2001)
+    arcs = np.linspace(0.0, knit.centreline.length, 1201)
     points = knit.centreline.position(arcs)
     apart = cdist(points, points)
     far_along = np.abs(arcs[:, None] - arcs[None]) > 0.6
