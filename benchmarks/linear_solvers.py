@@ -21,7 +21,7 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.pattern import fix_unknowns, make_pattern
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, Specimen, volumetric_specimen
+from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, Specimen, knit_specimen
 from knitlab_core.rods.stiffness import rod_hessian
 from knitlab_core.sparse.cholesky import BlockCholesky
 from knitlab_core.sparse.ordering import choose_order, node_graph
@@ -48,7 +48,7 @@ class System(NamedTuple):
 def volumetric(size: int) -> tuple[Specimen, Model, State]:
     """Make size x size x size stitches, held at both pile faces in wale and pile."""
     stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
-    specimen = volumetric_specimen(stitch, rows=size, loops=size, layers=size, loop_width=8e-3)
+    specimen = knit_specimen(stitch, rows=size, loops=size, layers=size, loop_width=8e-3)
     model, state = make_model(
         [specimen.nodes], radius=specimen.radius, young_modulus=0.82e9, poisson_ratio=0.37, friction=0.3
     )

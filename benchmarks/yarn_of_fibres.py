@@ -15,7 +15,7 @@ import numpy as np
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_STITCHES, SiteSet, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, SiteSet, knit_specimen
 from knitlab_core.knits.fibres import Yarn, fibre_sites, fibre_strands, same_area
 from knitlab_core.knits.mesh import control_points
 from knitlab_core.rods.section import SOLID, yarn_section
@@ -49,7 +49,7 @@ class Patch:
 def make_patch(yarn: Yarn, *, friction: float = 0.3, contact: float = 1.0) -> Patch:
     """Print a patch of a yarn; `contact` is a factor on the stiffness of crossings."""
     stitch = NAMED_STITCHES["stockinette-default"]
-    printed = planar_specimen(stitch, rows=2, loops=2, loop_width=LOOP_WIDTH)
+    printed = knit_specimen(stitch, rows=2, loops=2, loop_width=LOOP_WIDTH)
     bundle = yarn.model == "bundle"
     middle = replace(yarn, fibres=1, winding_radius=0.0)
     strands = fibre_strands(printed.centreline, printed.arc_lengths / LOOP_WIDTH, yarn if bundle else middle)

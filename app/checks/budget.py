@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.knits import Filament, Stitch, VolumetricStitch, locking_strain, yarn_per_loop
 from rigs.analysis.material_limits import limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from knitlab_core.knits import Yarn
+    from knitlab_core.knits import Fabric, LoopBudget, Yarn
     from rigs.axes import Axis
     from rigs.protocol.specimen import SpecimenSpec
     from rigs.protocol.strokes import Stroke
@@ -48,22 +47,14 @@ class Budget:
         return max(0.0, self.largest) / self.locking if self.locking > 0.0 else float("inf")
 
 
-def loops_of(spec: SpecimenSpec) -> dict[Axis, Stitch]:
-    """Return the loops of a knit by the axis across the course along which they reach; none of a filament."""
-    stitch = spec.stitch
-    if isinstance(stitch, VolumetricStitch):
-        loops: dict[Axis, Stitch] = {"W": stitch.wale_loop, "P": stitch.pile_loop}
-    else:
-        loops = {"W": stitch} if isinstance(stitch, Stitch) else {}
-    return {axis: packed(loop, spec.yarn) for axis, loop in loops.items()}
+def loop_budgets(fabric: Fabric, yarn: Yarn | None) -> Mapping[Axis, LoopBudget]:
+    """Return the budgets of a fabric's loops by the axis across the course along which they reach.
 
-
-def packed(loop: Stitch, yarn: Yarn | None) -> Stitch:
-    """Return a loop whose yarn is as thick at crossings as its material: loose fibres make room for each other."""
+    The yarn is as thick at crossings as its material: loose fibres make room for each other.
+    """
     if yarn is None:
-        return loop
-    thick = yarn.contact_radius if yarn.fibres == 1 else replace(yarn, model="yarn").contact_radius
-    return replace(loop, fibre_radius=thick)
+        return fabric.budgets(fabric.fibre_radius)
+    return fabric.budgets(yarn.contact_radius if yarn.fibres == 1 else replace(yarn, model="yarn").contact_radius)
 
 
 def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Axis, float]) -> Budget | None:
@@ -82,7 +73,7 @@ def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Ax
     found = [
         budget
         for stroke in strokes
-        for height, loop in loops_of(spec).items()
+        for height, loop in loop_budgets(spec.fabric, spec.yarn).items()
         if (budget := _budget(loop, height, _strains(stroke, lengths))) is not None
     ]
     return max(found, key=lambda budget: budget.share, default=None)
@@ -94,13 +85,12 @@ def _strains(stroke: Stroke, lengths: Mapping[Axis, float]) -> dict[Axis, float]
     return {axis: end[axis] / length for axis, length in lengths.items() if axis not in stroke.free}
 
 
-def _budget(loop: Stitch, height: Axis, strain: Mapping[Axis, float]) -> Budget | None:
+def _budget(loop: LoopBudget, height: Axis, strain: Mapping[Axis, float]) -> Budget | None:
     """Return what strains ask of one loop, whose yarn is spent along the course once, along its height twice.
 
     With free sides the loop draws in until its strands lie side by side: the knit locks there at the latest.
     """
-    biaxial = locking_strain(loop, yarn_per_loop(loop))
-    share = 2.0 * loop.row_spacing
+    biaxial, share = loop.locking, loop.share
     yarn, narrow = (1.0 + biaxial) * (1.0 + share), 2.0 * STRANDS * loop.fibre_radius
     if "C" in strain and height in strain:
         largest = (strain["C"] + share * strain[height]) / (1.0 + share)
@@ -115,11 +105,11 @@ def _budget(loop: Stitch, height: Axis, strain: Mapping[Axis, float]) -> Budget 
 
 def fibre_strain(spec: SpecimenSpec, budget: Budget | None, strokes: Sequence[Stroke]) -> float | None:
     """Estimate the largest strain at the surface of a fibre [1]; exact for a filament, else within a factor `BAND`."""
-    if isinstance(spec.stitch, Filament):
+    if spec.fabric.straight:
         return max((abs(stroke.end["C"]) / spec.loop_width for stroke in strokes if "C" in stroke.end), default=0.0)
     if budget is None:
         return None
-    radius = spec.stitch.fibre_radius if spec.yarn is None else spec.yarn.fibre_radius
+    radius = spec.fabric.fibre_radius if spec.yarn is None else spec.yarn.fibre_radius
     return GROWTH * radius * budget.share**2
 
 
@@ -148,7 +138,7 @@ def fibre_line(spec: SpecimenSpec, strain: float | None) -> str:
     limits = limits_of(spec)
     if strain is None or not limits:
         return ""
-    band = 1.0 if isinstance(spec.stitch, Filament) else BAND
+    band = 1.0 if spec.fabric.straight else BAND
     bears = [
         f"{100 * limit.strain:.3g} % at its {limit.text}" + ", which may be passed" * (limit.strain / band < strain)
         for limit in limits
@@ -158,4 +148,4 @@ def fibre_line(spec: SpecimenSpec, strain: float | None) -> str:
 
 def _band(spec: SpecimenSpec) -> str:
     """Return how far to trust the estimate; that of a filament is exact."""
-    return "" if isinstance(spec.stitch, Filament) else f" (rough estimate, within a factor of {BAND:g})"
+    return "" if spec.fabric.straight else f" (rough estimate, within a factor of {BAND:g})"

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, packed
+from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, loop_budgets
 from app.checks.log_size import row_size
 from app.schemas import load
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Specimen, Stitch, locking_strain, yarn_per_loop
 from rigs.control.log_rate import require_rates
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.machines.wires import require_room
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from app.checks.budget import Budget
     from app.schemas import Loaded, Source
+    from knitlab_core.knits import Specimen
     from rigs.axes import Axis
     from rigs.control.plan import Planned
     from rigs.machines.machine import MachineData
@@ -46,7 +46,8 @@ class SpecimenFacts:
     gauge_lengths : Mapping
         Initial hook-to-hook distance of each axis [m].
     locking_strain : float or None
-        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None for a volumetric knit.
+        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None where loops are
+        not all alike.
     """
 
     nodes: int
@@ -134,16 +135,14 @@ def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
 
 def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
     """Return what is known of a specimen before any physics; faces of some axes may be printed into plates."""
-    stitch, budget = specimen.stitch, None
-    if isinstance(stitch, Stitch):
-        budget = locking_strain(packed(stitch, specimen.yarn), yarn_per_loop(stitch))
+    budgets = list(loop_budgets(specimen.fabric, specimen.yarn).values())
     return SpecimenFacts(
         nodes=len(specimen.nodes),
         yarn_length=specimen.yarn_length,
         clearance=specimen.clearance,
         fibre_radius=specimen.radius,
         gauge_lengths=gauge_lengths(specimen, plated),
-        locking_strain=budget,
+        locking_strain=budgets[0].locking if len(budgets) == 1 else None,
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.schemas.machine_data import read_numbers
 from knitlab_core.errors import FormatError, SpecificationError
-from knitlab_core.knits.stitch import is_positive
+from knitlab_core.knits.loop_shape import is_positive
 from rigs.machines.printer import PrinterData
 
 if TYPE_CHECKING:

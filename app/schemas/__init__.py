@@ -11,7 +11,8 @@ further   what is out of range in the parts of a protocol whose form is right
 step_parts, steps  steps: for each its model and its conversion
 convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
 tables    points of waveforms from CSV files beside a protocol
-material_files  the files that materials of one's own stand in
+centrelines  a yarn of the user's own, as CSV
+material_files  the files that materials and centrelines of one's own stand in
 """
 
 from __future__ import annotations
@@ -25,15 +26,17 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from pydantic import ValidationError
 
 from app.schemas.convert import to_data, to_domain, to_yaml
+from app.schemas.convert_specimen import NamedText
 from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text
 from app.schemas.errors import Faults, ProtocolError, in_order
 from app.schemas.further import BY_MATERIAL, further_errors, is_within
 from app.schemas.locate import at, form_errors, locate
-from app.schemas.material_files import materials_file
+from app.schemas.material_files import centreline_file, materials_file
 from app.schemas.materials import to_materials
 from app.schemas.models import ProtocolModel
 from app.schemas.params import substitute
+from app.schemas.specimen import CentrelineModel
 from app.schemas.sweep import points_of
 from app.schemas.tables import with_tables
 from knitlab_core.errors import SpecificationError
@@ -230,7 +233,7 @@ def _loaded(
 ) -> Loaded:
     """Return the protocol of a document; `find` finds the materials that it names, and their text.
 
-    Tables that it names are beside its `file`.
+    Tables and the centreline that it names are beside its `file`.
     """
     faults = Faults()
     data, unknown = substitute(document, chosen, faults)
@@ -245,15 +248,20 @@ def _loaded(
     none: tuple[Point, ...] = ()
     own, text = faults.of(lambda: _brought(model, document, find), nothing)
     points = faults.of(lambda: points_of(model, document), none)
-    whole = faults.of(lambda: to_domain(model, document, name, own), None)
+    before = len(faults.found)
+    yarn = faults.of(lambda: _named_centreline(model, document, file), None)
+    if len(faults.found) > before:
+        raise _all_of(faults)
+    whole = faults.of(lambda: to_domain(model, document, name, own, yarn), None)
     if faults.found or whole is None:
         raise _all_of(faults)
     points = tuple(point for point in points if not set(point.values) <= set(chosen))
     protocol, defaults = whole, defaults_of(model, whole)
+    files = [*tables, *([] if yarn is None else ["its centreline"])]
     # A sweep is read once more for each of its points; every other text must say the protocol without its tables.
-    if not chosen and (points or not tables):
+    if not chosen and (points or not files):
         return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
-    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *tables])
+    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *files])
     resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
     return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
 
@@ -266,6 +274,16 @@ def _brought(
         return {}, ""
     with at(document, ()):
         return find(model.materials)
+
+
+def _named_centreline(model: ProtocolModel, document: Document, file: Path | None) -> NamedText | None:
+    """Return the centreline that a protocol names, if it does and there are files beside it."""
+    knit = model.specimen.knit
+    if file is None or not isinstance(knit, CentrelineModel) or "\n" in knit.centreline:
+        return None
+    with at(document, ("specimen", "knit")):
+        found = centreline_file(file, knit.centreline)
+        return NamedText(path=str(found), text=read_text(found, "centreline", form="a CSV file"))
 
 
 def _all_of(faults: Faults) -> ProtocolError:

@@ -16,15 +16,16 @@ from app.schemas.models import SCHEMA, LogModel, ProtocolModel
 from app.schemas.specimen import VolumetricStitchModel
 from app.schemas.steps import written_step
 from app.schemas.units import write
-from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
+from knitlab_core.knits import fabric_named, fabric_names
 from knitlab_core.materials import MATERIALS, Material
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.protocol import LogSpec, Protocol, require_others
-from rigs.protocol.specimen import NAMED_KNITS, SpecimenSpec
+from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from app.schemas.convert_specimen import NamedText
     from app.schemas.document import Document
     from app.schemas.specimen import SpecimenModel
 
@@ -32,7 +33,13 @@ _ANY: Final = next(iter(MATERIALS.values()))
 """A material, where one has mistakes."""
 
 
-def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[str, Material]) -> Protocol:
+def to_domain(
+    model: ProtocolModel,
+    document: Document,
+    name: str,
+    own: Mapping[str, Material],
+    centreline: NamedText | None = None,
+) -> Protocol:
     """Return the protocol a model describes.
 
     Parameters
@@ -45,6 +52,8 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
         Name of a protocol that gives itself none.
     own : Mapping
         The materials of the file that it names.
+    centreline : NamedText, optional
+        The centreline that it names.
 
     Raises
     ------
@@ -55,7 +64,7 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
     if isinstance(model.materials, dict):
         brought = model.materials
         own = faults.of(lambda: materials.to_domain(brought, document), dict.fromkeys(brought, _ANY))
-    specimen = faults.of(lambda: to_specimen(model.specimen, document, own), _stand_in(model.specimen))
+    specimen = faults.of(lambda: to_specimen(model.specimen, document, own, centreline), _stand_in(model.specimen))
     log = faults.of(lambda: _log(model.log, document), LogSpec())
     steps = to_steps(model.steps, document, ("steps",), faults)
     rig = CATALOGUE[model.rig]
@@ -88,9 +97,9 @@ def to_domain(model: ProtocolModel, document: Document, name: str, own: Mapping[
 
 def _stand_in(model: SpecimenModel) -> SpecimenSpec:
     """Return a specimen with the faces of one that has mistakes, to look for more of them with."""
-    named = NAMED_KNITS.get(model.knit) if isinstance(model.knit, str) else None
-    volumetric = isinstance(named, VolumetricStitch) or isinstance(model.knit, VolumetricStitchModel)
-    knit = next(iter(NAMED_VOLUMETRIC_STITCHES if volumetric else NAMED_STITCHES))
+    named = fabric_named(model.knit) if isinstance(model.knit, str) and model.knit in fabric_names() else None
+    volumetric = isinstance(model.knit, VolumetricStitchModel) or (named is not None and "P" in named.axes)
+    knit = next(name for name in fabric_names() if ("P" in fabric_named(name).axes) == volumetric)
     return SpecimenSpec(knit=knit, rows=1, loops=1, loop_width=1e-3, material=_ANY)
 
 

@@ -4,28 +4,49 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from app.schemas.centrelines import read_centreline, written_centreline
 from app.schemas.errors import Faults
 from app.schemas.locate import at
-from app.schemas.specimen import FilamentModel, StitchModel
+from app.schemas.specimen import CentrelineModel, FilamentModel, StitchModel, VolumetricStitchModel
 from app.schemas.units import write
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn, same_area
+from knitlab_core.knits import (
+    Filament,
+    OwnCentreline,
+    Stitch,
+    VolumetricStitch,
+    Yarn,
+    fabric_named,
+    fabric_names,
+    same_area,
+)
 from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named
-from rigs.protocol.specimen import MESHES, NAMED_KNITS, SpecimenSpec
+from rigs.protocol.specimen import MESHES, SpecimenSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
+    from app.schemas.base import Model
     from app.schemas.document import Document
-    from app.schemas.specimen import FusedModel, SpecimenModel, VolumetricStitchModel, YarnModel
+    from app.schemas.specimen import FusedModel, SpecimenModel, YarnModel
     from app.schemas.values import Measure
+    from knitlab_core.knits import Fabric
     from knitlab_core.materials import Material
 
 
-def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Material]) -> SpecimenSpec:
+class NamedText(NamedTuple):
+    """Hold the text of a file that a protocol names."""
+
+    path: str
+    text: str
+
+
+def to_specimen(
+    model: SpecimenModel, document: Document, own: Mapping[str, Material], text: NamedText | None = None
+) -> SpecimenSpec:
     """Return the specimen a model describes; inline stitch values may be lengths.
 
     Parameters
@@ -36,6 +57,8 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
         Its text, for the spots of errors.
     own : Mapping
         Materials that the protocol brings.
+    text : NamedText, optional
+        The centreline that it names.
 
     Raises
     ------
@@ -43,11 +66,12 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
         For a value out of its range.
     """
     faults = Faults()
-    knit = model.knit if isinstance(model.knit, str) else _stitch(model.knit, model.loop, document)
+    knit = model.knit if isinstance(model.knit, str) else _by_values(model.knit, model.loop, document, text)
     rows, loops, *layers = model.loops
     fused = faults.of(lambda: _fused(model.fused, document), None)
     # An unknown name is refused by the specimen, with those that are known.
-    stitch = NAMED_KNITS.get(knit) if isinstance(knit, str) else knit
+    named = fabric_named(knit) if isinstance(knit, str) and knit in fabric_names() else None
+    fabric = named if isinstance(knit, str) else knit
     known = {**MATERIALS, **own}
     substance = faults.of(lambda: material_named(model.material, "material", known), None)
 
@@ -71,7 +95,7 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
 
     with at(document, ("specimen",)):
         nodes = faults.of(lambda: _nodes_per_loop(model), MESHES["default"])
-        yarn = faults.of(lambda: _made_yarn(model, stitch), None)
+        yarn = faults.of(lambda: _made_yarn(model, fabric), None)
         spec = faults.of(whole, None)
         if spec is not None and bool(layers) != ("P" in spec.axes):
             allowed = "[rows, loops in a row, layers]" if not layers else "[rows, loops in a row] of a planar knit"
@@ -80,9 +104,17 @@ def to_specimen(model: SpecimenModel, document: Document, own: Mapping[str, Mate
     return cast("SpecimenSpec", spec)
 
 
-def _made_yarn(model: SpecimenModel, stitch: Stitch | VolumetricStitch | Filament | None) -> Yarn | None:
+def _by_values(knit: Model, loop_width: float, document: Document, text: NamedText | None) -> Fabric:
+    """Return a fabric that is given by its values."""
+    if isinstance(knit, CentrelineModel):
+        return own_centreline(knit, loop_width, document, text)
+    with at(document, ("specimen", "knit")):
+        return _READERS[type(knit)](knit, loop_width)
+
+
+def _made_yarn(model: SpecimenModel, fabric: Fabric | None) -> Yarn | None:
     """Return the yarn of fibres that a specimen asks for, if it does and its knit is known."""
-    return None if model.yarn is None or stitch is None else _yarn(model.yarn, stitch.fibre_radius, model.loop)
+    return None if model.yarn is None or fabric is None else _yarn(model.yarn, fabric.fibre_radius, model.loop)
 
 
 def _nodes_per_loop(model: SpecimenModel) -> int:
@@ -96,13 +128,8 @@ def _nodes_per_loop(model: SpecimenModel) -> int:
 
 def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[str, Any]:
     """Return a specimen as the data of a file."""
-    knit: object = spec.knit
-    if isinstance(spec.knit, Filament):
-        knit = {"filament": 2.0 * spec.knit.fibre_radius}
-    elif not isinstance(spec.knit, str):
-        knit = {field.name: getattr(spec.knit, field.name) for field in fields(spec.knit)}
     return {
-        "knit": knit,
+        "knit": spec.knit if isinstance(spec.knit, str) else written_knit(spec.knit),
         "loops": [spec.rows, spec.loops, *([spec.layers] if "P" in spec.axes else [])],
         "loop": write(spec.loop_width, "length"),
         "material": spec.substance.name,
@@ -118,19 +145,93 @@ def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[
     }
 
 
-def _stitch(
-    model: StitchModel | VolumetricStitchModel | FilamentModel, loop_width: float, document: Document
-) -> Stitch | VolumetricStitch | Filament:
-    """Return a stitch in loop widths, or a filament in its lengths."""
-    if isinstance(model, FilamentModel):
-        with at(document, ("specimen", "knit")):
-            return Filament(fibre_radius=0.5 * _in_loop_widths(model.filament, loop_width))
-    kind = Stitch if isinstance(model, StitchModel) else VolumetricStitch
-    given = {name: getattr(model, name) for name in type(model).model_fields}
+def written_knit(fabric: Fabric) -> object:
+    """Return a fabric as a file says it: by its values, or by its name where these cannot be said.
+
+    Raises
+    ------
+    SpecificationError
+        If they cannot, and it has no name.
+    """
+    write_values = _WRITERS.get(type(fabric))
+    if write_values is not None:
+        return write_values(fabric)
+    name = next((name for name in fabric_names() if fabric_named(name) == fabric), None)
+    if name is None:
+        raise SpecificationError("knit", fabric.description, "a fabric that has a name: register it")
+    return name
+
+
+def _filament(model: FilamentModel, loop_width: float) -> Fabric:
+    """Return a filament in its lengths."""
+    return Filament(fibre_radius=0.5 * _in_loop_widths(model.filament, loop_width))
+
+
+def own_centreline(model: CentrelineModel, loop_width: float, document: Document, text: NamedText | None) -> Fabric:
+    """Return the fabric of a centreline, whose text stands in a file beside the protocol or in the protocol itself."""
     with at(document, ("specimen", "knit")):
-        if model.curvature.metres:
-            raise SpecificationError("curvature", "a length", "a pure number, such as 1.5")
-        return kind(**{name: _in_loop_widths(one, loop_width) for name, one in given.items()})
+        if text is None and "\n" not in model.centreline:
+            raise SpecificationError(
+                "centreline", model.centreline, "CSV text: a text without a file has none beside it"
+            )
+        spot = document.spot(("specimen", "knit", "centreline"))
+        path, content, before = (document.path, model.centreline, spot.line) if text is None else (*text, 0)
+        return read_centreline(
+            content,
+            path,
+            before=before,
+            unit=model.unit,
+            loop_width=loop_width,
+            fibre_radius=_in_loop_widths(model.fibre_radius, loop_width),
+        )
+
+
+def _stitch(model: StitchModel, loop_width: float) -> Fabric:
+    """Return a planar stitch in loop widths."""
+    return Stitch(**_numbers(model, loop_width))
+
+
+def _volumetric_stitch(model: VolumetricStitchModel, loop_width: float) -> Fabric:
+    """Return a volumetric stitch in loop widths."""
+    return VolumetricStitch(**_numbers(model, loop_width))
+
+
+def _numbers(model: StitchModel | VolumetricStitchModel, loop_width: float) -> dict[str, float]:
+    """Return the numbers of a stitch in loop widths."""
+    if model.curvature.metres:
+        raise SpecificationError("curvature", "a length", "a pure number, such as 1.5")
+    return {name: _in_loop_widths(getattr(model, name), loop_width) for name in type(model).model_fields}
+
+
+def _written_filament(filament: Filament) -> dict[str, float]:
+    """Return a filament as the data of a file."""
+    return {"filament": 2.0 * filament.fibre_radius}
+
+
+def _written_own(own: OwnCentreline) -> dict[str, object]:
+    """Return a centreline as the data of a file that needs no other."""
+    return {"centreline": written_centreline(own), "fibre_radius": own.fibre_radius}
+
+
+def _written_stitch(stitch: Stitch | VolumetricStitch) -> dict[str, float]:
+    """Return a stitch by its values."""
+    return {field.name: getattr(stitch, field.name) for field in fields(stitch)}
+
+
+_READERS: Final[Mapping[type, Callable[[Any, float], Fabric]]] = {
+    FilamentModel: _filament,
+    StitchModel: _stitch,
+    VolumetricStitchModel: _volumetric_stitch,
+}
+"""What makes a fabric of the values of a file and the loop width [m], by their model."""
+
+_WRITERS: Final[Mapping[type, Callable[[Any], object]]] = {
+    Filament: _written_filament,
+    OwnCentreline: _written_own,
+    Stitch: _written_stitch,
+    VolumetricStitch: _written_stitch,
+}
+"""What writes the values of a fabric; others are written by name."""
 
 
 def _in_loop_widths(measure: Measure, loop_width: float) -> float:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from app.schemas.convert import to_domain
 from app.schemas.errors import ProtocolError, nearest
 from app.schemas.models import SCHEMA, ProtocolModel
-from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES
+from knitlab_core.knits import fabric_named, fabric_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,6 +48,11 @@ def further_errors(
         return []
     fields = [error.field for error in found]
     rigless = "rig" not in data or "rig" in fields
+    specimen = data.get("specimen")
+    knit = specimen.get("knit") if isinstance(specimen, dict) else None
+    if isinstance(knit, dict) and "centreline" in knit:
+        # The file that it may stand in is not at hand here.
+        fields.append("specimen.knit")
     knitless = any(is_within(field, "specimen.knit") for field in fields)
     try:
         to_domain(ProtocolModel.model_validate(_mended(data, fields, rigless=rigless)), document, name, {})
@@ -76,7 +81,8 @@ def _mended(data: dict[str, Data], fields: Sequence[str], *, rigless: bool) -> D
     specimen = _good(data.get("specimen"), fields, "specimen.")
     if "knit" not in specimen:
         specimen.pop("loops", None)
-    volumetric = specimen.get("knit") in NAMED_VOLUMETRIC_STITCHES
+    knit = specimen.get("knit")
+    volumetric = isinstance(knit, str) and knit in fabric_names() and "P" in fabric_named(knit).axes
     steps = data.get("steps")
     numbered = dict(enumerate(steps)) if isinstance(steps, list) else {}
     fine = [not any(is_within(field, f"steps[{number}]") for field in fields) for number in numbered]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
+from knitlab_core.knits import fabric_named, fabric_names
 from rigs.protocol.catalogue import CATALOGUE
-from rigs.protocol.specimen import NAMED_KNITS, axes_of_knit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -55,7 +55,7 @@ def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[A
     """Tell whether a rig allows a word for what a name stands for."""
     match name:
         case "knit":
-            return word not in NAMED_KNITS or _can_pull(rig, axes_of_knit(NAMED_KNITS[word]))
+            return word not in fabric_names() or _can_pull(rig, fabric_named(word).axes)
         case "axes":
             return word == mount if rig.mounts_one and mount in rig.axes else word in rig.axes
         case "mount":
@@ -105,4 +105,4 @@ def _rig(data: Data) -> Arrangement | None:
 def _knit_axes(data: Data) -> tuple[Axis, ...] | None:
     """Return the axes across which the knit has faces; None if it is none of those that have a name."""
     named = _value(data, "specimen", "knit")
-    return axes_of_knit(NAMED_KNITS[named]) if isinstance(named, str) and named in NAMED_KNITS else None
+    return fabric_named(named).axes if isinstance(named, str) and named in fabric_names() else None

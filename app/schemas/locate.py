@@ -12,12 +12,19 @@ from app.schemas.document import dotted
 from app.schemas.errors import ProtocolError, in_order, nearest, shown
 from app.schemas.here import allowed_here, axis_meant
 from app.schemas.models import MODELS, NOT_YET, ProtocolModel
-from app.schemas.specimen import FILAMENT, VOLUMETRIC, FilamentModel, VolumetricStitchModel
+from app.schemas.specimen import (
+    CENTRELINE,
+    FILAMENT,
+    VOLUMETRIC,
+    CentrelineModel,
+    FilamentModel,
+    VolumetricStitchModel,
+)
 from app.schemas.step_parts import CycleLogModel, StepLogModel
 from app.schemas.steps import STEPS
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import fabric_names
 from rigs.axes import AXES
-from rigs.protocol.specimen import NAMED_KNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -29,6 +36,11 @@ if TYPE_CHECKING:
 
 # Fields whose name in the file differs from the domain's.
 _FILE_NAMES: Final = {"loop_width": "loop", "rows": "loops", "layers": "loops", "duration": "for", "fuse_gap": "gap"}
+_KNITS: Final[Mapping[str, type[Model]]] = {
+    VOLUMETRIC: VolumetricStitchModel,
+    FILAMENT: FilamentModel,
+    CENTRELINE: CentrelineModel,
+}
 _PART: Final = re.compile(r"[^.\[\]]+")
 _WORD: Final = re.compile(r"'([^']*)'")
 
@@ -71,7 +83,7 @@ def _located(document: Document, error: SpecificationError, place: Place) -> Pro
     wording = error.found if isinstance(error.found, str) else shown(error.found)
     hint = ""
     if names == ("knit",) and isinstance(error.found, str) and error.expected.startswith("one of "):
-        hint = nearest(error.found, allowed_here(document.data, field, NAMED_KNITS))
+        hint = nearest(error.found, allowed_here(document.data, field, fabric_names()))
     return ProtocolError(document.path, document.spot(field), dotted(field), wording, f"{error.expected}{hint}")
 
 
@@ -95,10 +107,9 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     place = tuple("schema" if part == "schema_id" else part for part in place)
     kind, found = details["type"], details["input"]
     models: Mapping[str, type[Model]] = MODELS
-    if VOLUMETRIC in details["loc"]:
-        models = {**MODELS, "knit": VolumetricStitchModel}
-    if FILAMENT in details["loc"]:
-        models = {**MODELS, "knit": FilamentModel}
+    for branch, model in _KNITS.items():
+        if branch in details["loc"]:
+            models = {**MODELS, "knit": model}
     if place[:1] == ("steps",):
         models = {**MODELS, "log": CycleLogModel if "cycle" in place else StepLogModel}
     path, field = document.path, dotted(place) or "protocol"

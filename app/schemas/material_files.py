@@ -69,6 +69,18 @@ def materials_file(protocol: Path, name: str) -> Path:
     return file_beside(protocol, name, {".yaml", ".yml"}, "materials", _ALLOWED)
 
 
+def centreline_file(protocol: Path, name: str) -> Path:
+    """Return the file that a protocol means by `knit: {centreline: name}`.
+
+    Raises
+    ------
+    SpecificationError
+        As `file_beside`.
+    """
+    allowed = "a CSV file in the protocol's folder or below it, such as my-knit.csv"
+    return file_beside(protocol, name, {".csv"}, "centreline", allowed)
+
+
 def file_beside(protocol: Path, name: str, suffixes: Container[str], field: str, allowed: str) -> Path:
     """Return a file that a protocol names by a path from its folder downwards; `suffixes` are those it may have.
 

@@ -52,6 +52,17 @@ class FilamentModel(Model):
     filament: StitchValue = Field(description="the diameter of a straight filament as long as `loop`, such as 1 mm")
 
 
+class CentrelineModel(Model):
+    """Take a yarn of the user's own in the place of a knit."""
+
+    centreline: str = Field(
+        description="a CSV file of points beside the protocol, such as my-knit.csv, or its text of several lines"
+    )
+    unit: str | None = Field(default=None, description="the unit of its coordinates where its header has none: mm")
+    fibre_radius: StitchValue = _STITCH
+
+
+CENTRELINE: Final = f"{BRANCH}centreline"
 FILAMENT: Final = f"{BRANCH}filament"
 VOLUMETRIC: Final = f"{BRANCH}volumetric"
 
@@ -62,6 +73,8 @@ def _knit_branch(value: object) -> str:
         return f"{BRANCH}name"
     if "filament" in value:
         return FILAMENT
+    if "centreline" in value:
+        return CENTRELINE
     only_there = set(VolumetricStitchModel.model_fields) - set(StitchModel.model_fields)
     return VOLUMETRIC if only_there & set(value) else f"{BRANCH}values"
 
@@ -97,7 +110,8 @@ class SpecimenModel(Model):
         Annotated[str, Tag(f"{BRANCH}name")]
         | Annotated[StitchModel, Tag(f"{BRANCH}values")]
         | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)]
-        | Annotated[FilamentModel, Tag(FILAMENT)],
+        | Annotated[FilamentModel, Tag(FILAMENT)]
+        | Annotated[CentrelineModel, Tag(CENTRELINE)],
         Discriminator(_knit_branch),
     ] = Field(description="the name of a knit, such as stockinette-default, or a mapping of stitch values")
     loops: list[int] = Field(

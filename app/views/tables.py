@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from rich.console import Console
 from rich.table import Table
 
-from app.checks.budget import loops_of
+from app.checks.budget import loop_budgets
 from app.views.labels import ELASTIC, beyond_elastic, yarn_label
-from knitlab_core.knits import Filament, locking_strain, yarn_per_loop
 from knitlab_core.materials import DEFAULT_FRICTION
 
 if TYPE_CHECKING:
@@ -65,15 +64,15 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     """Print what is known of the specimen."""
     spec = protocol.specimen
     material = spec.substance
-    knit = spec.knit if isinstance(spec.knit, str) else "a stitch given by its values"
-    knit = "no knit: a straight filament" if isinstance(spec.knit, Filament) else knit
+    knit = spec.knit if isinstance(spec.knit, str) else spec.knit.description
     assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
-    budget = "none: a filament has no loops" if isinstance(spec.knit, Filament) else _loop_budgets(spec)
+    budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
     if facts.locking_strain is not None:
-        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-1.3%)"
+        (loop,) = loop_budgets(spec.fabric, spec.yarn).values()
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-{loop.error:.1%})"
     for name, text in (
         ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
@@ -95,7 +94,10 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
 
 def _loop_budgets(spec: SpecimenSpec) -> str:
     """Say when the loops of a volumetric knit have used up their yarn."""
-    ends = [f"{axis} loops {locking_strain(loop, yarn_per_loop(loop)):.1%}" for axis, loop in loops_of(spec).items()]
+    budgets = loop_budgets(spec.fabric, spec.yarn)
+    if not budgets:
+        return "unknown: which parts of the yarn are loops is not known"
+    ends = [f"{axis} loops {loop.locking:.1%}" for axis, loop in budgets.items()]
     return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
 
 

@@ -1,11 +1,14 @@
 """Describe knits: from the stitch's formula to one yarn of nodes with named boundary sites.
 
-stitch      five numbers in loop widths, and the sets that have a name
+fabric      what every fabric knows of itself: the protocol behind which the knits stand
+registry    fabrics that have a name
+stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
+garter, rib  ... with purl rows or wales
+volumetric_stitch  the knit of many layers (volumetric_shape, volumetric_row, volumetric)
+own_centreline  a user's own yarn, through points (curve)
+filament    no knit: a straight fibre to prove a rig with
 arclength   a loop's parameter to arc length and back
-pieces      rows of loops and turn-arounds, by arc length
 centreline  pieces strung to one C1 yarn, and sites on it
-stockinette the planar knit
-volumetric_stitch, volumetric_row, volumetric  the knit of many layers
 distance    where the yarn comes closest to itself
 clearance   ... refused where strands overlap
 directors   frames that follow the yarn without turning about it
@@ -14,7 +17,6 @@ fibre_clearance  ... refused where they overlap
 linking     how often closed curves wind around each other
 clasp       ... whether loops hold each other
 mesh        where the nodes are
-filament    no knit: a straight fibre to prove a rig with
 specimen    nodes in metres, checked
 plates      which of them a load plate is printed around
 wires       rigid wires through the boundary loops
@@ -22,17 +24,21 @@ wires       rigid wires through the boundary loops
 
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
-from knitlab_core.knits.clasp import clasp_numbers
+from knitlab_core.knits.clasp import clasp_numbers, joined_clasps
 from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
+from knitlab_core.knits.fabric import Clasps, Counts, Fabric, LoopBudget, PlateRoom
 from knitlab_core.knits.fibre_clearance import FibreClearance, check_fibres
 from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
 from knitlab_core.knits.filament import Filament
 from knitlab_core.knits.linking import linking_number
+from knitlab_core.knits.loop_shape import locking_strain, neighbour_gap
+from knitlab_core.knits.own_centreline import OwnCentreline
+from knitlab_core.knits.planar import planar_line
 from knitlab_core.knits.plates import Plates, plate_nodes
-from knitlab_core.knits.specimen import Specimen, filament_specimen, planar_specimen, volumetric_specimen
-from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
-from knitlab_core.knits.stockinette import stockinette
+from knitlab_core.knits.registry import fabric_named, fabric_names, register
+from knitlab_core.knits.specimen import Specimen, knit_specimen
+from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch
 from knitlab_core.knits.volumetric import volumetric
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
 from knitlab_core.knits.wires import LoopWires, wires_through
@@ -42,9 +48,15 @@ __all__ = [
     "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
     "Centreline",
+    "Clasps",
+    "Counts",
+    "Fabric",
     "FibreClearance",
     "Filament",
+    "LoopBudget",
     "LoopWires",
+    "OwnCentreline",
+    "PlateRoom",
     "Plates",
     "Site",
     "SiteSet",
@@ -56,17 +68,19 @@ __all__ = [
     "check_fibres",
     "clasp_numbers",
     "closest_approach",
+    "fabric_named",
+    "fabric_names",
     "fibre_strands",
-    "filament_specimen",
+    "joined_clasps",
+    "knit_specimen",
     "linking_number",
     "locking_strain",
     "neighbour_gap",
-    "planar_specimen",
+    "planar_line",
     "plate_nodes",
+    "register",
     "same_area",
-    "stockinette",
     "volumetric",
-    "volumetric_specimen",
     "wires_through",
     "yarn_per_loop",
 ]

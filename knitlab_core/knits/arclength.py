@@ -1,7 +1,8 @@
 """Turn a loop's parameter into arc length and back, to rounding.
 
 The speed ``|d gamma/dt|`` of Eq. 1 has the period pi, so half a loop is all that is tabulated: Gauss-Legendre
-quadrature panel by panel, and inside a panel from its left end; the way back is Newton's.
+quadrature panel by panel, and inside a panel from its left end; the way back is Newton's. It has that period for every
+whole `wave` of a loop; for others the table holds from 0 to pi alone.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import numpy as np
 from knitlab_core.angles import cosines_sines, sine
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import FloatArray, IntArray, Stitch
+    from knitlab_core.arrays import FloatArray, IndexArray
+    from knitlab_core.knits.loop_shape import LoopShape
 
 _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _TOLERANCE: Final = 1e-13
@@ -24,19 +26,20 @@ _FIRST_PANELS: Final = 32
 _MOST_NEWTON_STEPS: Final = 12
 
 
-def derivatives(stitch: Stitch, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+def derivatives(stitch: LoopShape, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the first and second derivative of Eq. 1 by t, each (n, 3) [loop widths]."""
-    a, h, d = stitch.curvature, stitch.height, stitch.depth
+    a, h, d, m = stitch.curvature, stitch.height, stitch.depth, stitch.wave
     (cosine_once, sine_once), (cosine_twice, sine_twice) = cosines_sines(t), cosines_sines(2.0 * t)
+    cosine_wave, sine_wave = cosines_sines(m * t)
     course_second = -2.0 * a * sine_twice / np.pi
-    second = np.stack([course_second, -h * cosine_once, -4.0 * d * cosine_twice], axis=-1)
-    return _first(stitch, sine_once, cosine_twice, sine_twice), second
+    second = np.stack([course_second, -h * cosine_once, -(m * m) * d * cosine_wave], axis=-1)
+    return _first(stitch, sine_once, cosine_twice, sine_wave), second
 
 
-def _first(stitch: Stitch, sine_once: FloatArray, cosine_twice: FloatArray, sine_twice: FloatArray) -> FloatArray:
-    """Return the first derivative from the sine of t, and cosine and sine of 2 t."""
+def _first(stitch: LoopShape, sine_once: FloatArray, cosine_twice: FloatArray, sine_wave: FloatArray) -> FloatArray:
+    """Return the first derivative from the sine of t, the cosine of 2 t and the sine of the wave."""
     course = (1.0 + 2.0 * stitch.curvature * cosine_twice) / (2.0 * np.pi)
-    return np.stack([course, -stitch.height * sine_once, -2.0 * stitch.depth * sine_twice], axis=-1)
+    return np.stack([course, -stitch.height * sine_once, -stitch.wave * stitch.depth * sine_wave], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,7 +48,7 @@ class ArcTable:
 
     Parameters
     ----------
-    stitch : Stitch
+    stitch : LoopShape
         The loop.
     knots : FloatArray
         (k + 1,) values of t from 0 to pi [rad].
@@ -53,7 +56,7 @@ class ArcTable:
         (k + 1,) arc length from t = 0 to each knot [loop widths].
     """
 
-    stitch: Stitch
+    stitch: LoopShape
     knots: FloatArray
     lengths: FloatArray
 
@@ -83,7 +86,7 @@ class ArcTable:
         parameter: FloatArray = halves * np.pi + t
         return parameter
 
-    def _within(self, panel: IntArray, t: FloatArray) -> FloatArray:
+    def _within(self, panel: IndexArray, t: FloatArray) -> FloatArray:
         half_width = 0.5 * (t - self.knots[panel])
         points = self.knots[panel][:, None] + half_width[:, None] * (1.0 + _ABSCISSAE)
         within: FloatArray = self.lengths[panel] + half_width * _weighted(_speed(self.stitch, points))
@@ -91,7 +94,7 @@ class ArcTable:
 
 
 @lru_cache(maxsize=64)
-def arc_table(stitch: Stitch) -> ArcTable:
+def arc_table(stitch: LoopShape) -> ArcTable:
     """Tabulate half a loop, with as many panels as 13 digits of its length ask for."""
     panels, total = _FIRST_PANELS, 0.0
     while True:
@@ -101,7 +104,7 @@ def arc_table(stitch: Stitch) -> ArcTable:
         panels, total = 2 * panels, table.loop_length
 
 
-def yarn_per_loop(stitch: Stitch) -> float:
+def yarn_per_loop(stitch: LoopShape) -> float:
     """Return the yarn length of one loop, turn-arounds left out [loop widths].
 
     Examples
@@ -113,7 +116,7 @@ def yarn_per_loop(stitch: Stitch) -> float:
     return arc_table(stitch).loop_length
 
 
-def tightest_bend(stitch: Stitch) -> tuple[float, float]:
+def tightest_bend(stitch: LoopShape) -> tuple[float, float]:
     """Return the largest curvature of a loop [1/loop width] and the parameter it is found at [rad].
 
     ``|gamma' x gamma''| / |gamma'|^3``; sampled at 4097 points of half a loop, well within 1e-5.
@@ -125,8 +128,9 @@ def tightest_bend(stitch: Stitch) -> tuple[float, float]:
     return float(curvature[worst]), float(t[worst])
 
 
-def _speed(stitch: Stitch, t: FloatArray) -> FloatArray:
-    speed: FloatArray = np.linalg.norm(_first(stitch, sine(t), *cosines_sines(2.0 * t)), axis=-1)
+def _speed(stitch: LoopShape, t: FloatArray) -> FloatArray:
+    (cosine_twice, _), (_, sine_wave) = cosines_sines(2.0 * t), cosines_sines(stitch.wave * t)
+    speed: FloatArray = np.linalg.norm(_first(stitch, sine(t), cosine_twice, sine_wave), axis=-1)
     return speed
 
 
@@ -136,7 +140,7 @@ def _weighted(values: FloatArray) -> FloatArray:
     return total
 
 
-def _tabulate(stitch: Stitch, panels: int) -> ArcTable:
+def _tabulate(stitch: LoopShape, panels: int) -> ArcTable:
     knots = np.linspace(0.0, math.pi, panels + 1)
     half_width = 0.5 * np.diff(knots)
     points = knots[:-1, None] + half_width[:, None] * (1.0 + _ABSCISSAE)

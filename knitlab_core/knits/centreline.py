@@ -12,8 +12,8 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from knitlab_core.arrays import FloatArray, IndexArray
     from knitlab_core.knits.pieces import Piece
-    from knitlab_core.knits.stitch import FloatArray, IntArray
 
 SiteSet: TypeAlias = Literal["wale+", "wale-", "course+", "course-", "pile+", "pile-"]
 _END_TOLERANCE = 1e-9
@@ -92,7 +92,7 @@ class Centreline:
         index = int(self._piece_index(np.array([s]))[0])
         return self.pieces[index].place(s - float(self.starts[index]))
 
-    def _piece_index(self, s: FloatArray) -> IntArray:
+    def _piece_index(self, s: FloatArray) -> IndexArray:
         index = np.searchsorted(self.starts, s, side="right") - 1
         return np.clip(index, 0, len(self.pieces) - 1)
 

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits.arclength import tightest_bend
+from knitlab_core.knits.arclength import arc_table, tightest_bend
 from knitlab_core.knits.distance import Approach, closest_approach
-from knitlab_core.knits.pieces import Row
-from knitlab_core.knits.stockinette import knit_middle, stockinette
+from knitlab_core.knits.planar import knit_middle, planar_line
 
 if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.centreline import Centreline
-    from knitlab_core.knits.stitch import FloatArray, Stitch
-    from knitlab_core.knits.volumetric_stitch import VolumetricStitch
+    from knitlab_core.knits.loop_shape import LoopShape
+    from knitlab_core.knits.planar import PlanarKnit
 
 
-def check_clearance(stitch: Stitch, *, rows: int, loops: int, loop_width: float) -> Approach:
+def check_clearance(knit: PlanarKnit, *, rows: int, loops: int, loop_width: float) -> Approach:
     """Return where strands come closest, or refuse a knit whose yarn overlaps itself.
 
     Rows repeat, and two of them farther apart than 2h + w along the wale are farther apart than neighbours, so
@@ -27,8 +27,8 @@ def check_clearance(stitch: Stitch, *, rows: int, loops: int, loop_width: float)
 
     Parameters
     ----------
-    stitch : Stitch
-        The loop.
+    knit : PlanarKnit
+        The stitch.
     rows, loops : int
         Counts along wale and course.
     loop_width : float
@@ -44,61 +44,29 @@ def check_clearance(stitch: Stitch, *, rows: int, loops: int, loop_width: float)
     GeometryError
         Naming the two places: row, loop, arc length and position in mm from the knit's centre.
     """
-    bend = _gentle_bend(stitch, loop_width)
+    bend = max(gentle_bend(shape, loop_width) for shape in knit.shapes)
     if rows > 1:
-        bend = max(bend, 2.0 / stitch.row_spacing)
-    enough = math.floor(2.0 * stitch.height / stitch.row_spacing) + 4
-    probe = stockinette(stitch, rows=min(rows, enough), loops=loops)
-    return _clear_of_itself(
-        probe, bend, radius=stitch.fibre_radius, middle=knit_middle(stitch, rows, loops), loop_width=loop_width
+        bend = max(bend, 1.0 / knit.turn(0, loops).radius)
+    enough = math.floor(2.0 * knit.shapes[0].height / knit.row_spacing) + 4
+    probe = planar_line(knit, rows=min(rows, enough), loops=loops)
+    return clear_of_itself(
+        probe, bend, radius=knit.fibre_radius, middle=knit_middle(knit, rows, loops), loop_width=loop_width
     )
 
 
-def check_volumetric_clearance(
-    stitch: VolumetricStitch, centreline: Centreline, *, middle: FloatArray, loop_width: float
-) -> Approach:
-    """Return where the strands of a volumetric knit come closest, or refuse it if its yarn overlaps itself.
-
-    The whole yarn is searched: layers alternate and turn-arounds stand at both sides, which a part would miss.
-
-    Parameters
-    ----------
-    stitch : VolumetricStitch
-        The stitch.
-    centreline : Centreline
-        The knit.
-    middle : FloatArray
-        The point (3,) that becomes the origin [loop widths]; for the message alone.
-    loop_width : float
-        For the message alone [m].
-
-    Returns
-    -------
-    Approach
-        Distance and arc lengths [loop widths].
-
-    Raises
-    ------
-    GeometryError
-        Naming the two places: layer, row, stitch, arc length and position in mm from the knit's centre.
-    """
-    loops = max(_gentle_bend(loop, loop_width) for loop in (stitch.wale_loop, stitch.pile_loop))
-    bend = max(loops, 2.0 / stitch.row_spacing, 2.0 / stitch.layer_spacing)
-    return _clear_of_itself(centreline, bend, radius=stitch.fibre_radius, middle=middle, loop_width=loop_width)
-
-
-def _gentle_bend(stitch: Stitch, loop_width: float) -> float:
+def gentle_bend(stitch: LoopShape, loop_width: float) -> float:
     """Return the largest curvature of a loop [1/loop width], or refuse a loop that bends tighter than its fibre."""
     bend, at_parameter = tightest_bend(stitch)
     if bend * stitch.fibre_radius >= 1.0:
-        place = Row(stitch=stitch, row=0, loops=1).arc_length(np.array([at_parameter]))
-        found = f"a bend of radius {1e3 * loop_width / bend:.4g} mm at arc length {1e3 * loop_width * place[0]:.4g} mm"
+        table = arc_table(stitch)
+        place = 0.5 * table.loop_length + float(table.arc_length(np.array([at_parameter]))[0])
+        found = f"a bend of radius {1e3 * loop_width / bend:.4g} mm at arc length {1e3 * loop_width * place:.4g} mm"
         allowed = f"bends of a radius above the fibre's, {1e3 * loop_width * stitch.fibre_radius:.4g} mm"
         raise GeometryError("specimen.knit", f"{found}, in every loop", allowed)
     return bend
 
 
-def _clear_of_itself(
+def clear_of_itself(
     centreline: Centreline, bend: float, *, radius: float, middle: FloatArray, loop_width: float
 ) -> Approach:
     """Return the closest approach of a yarn with bends of at most ``bend``, or refuse it if strands overlap."""

@@ -14,8 +14,8 @@ import numpy as np
 from knitlab_core.angles import arc_tangents, cosine, sine
 
 if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.centreline import Centreline
-    from knitlab_core.knits.stitch import FloatArray
 
 FRAME_STEP: Final = 0.01
 """Longest step by which directors are carried [loop widths]; the error of a step is of fifth order in it."""

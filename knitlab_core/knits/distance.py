@@ -23,8 +23,8 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.near_points import pairs_within
 
 if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray, IndexArray
     from knitlab_core.knits.centreline import Centreline
-    from knitlab_core.knits.stitch import FloatArray, IntArray
 
 MOST_SAMPLES: Final = 2_000_000
 _SAMPLES_PER_BEND: Final = 4
@@ -90,7 +90,7 @@ def closest_approach(centreline: Centreline, *, largest_curvature: float) -> App
     return Approach(distance=float(distance[best]), first=float(first[best]), second=float(second[best]))
 
 
-def _candidates(points: FloatArray, s: FloatArray, apart: float) -> IntArray:
+def _candidates(points: FloatArray, s: FloatArray, apart: float) -> IndexArray:
     """Return sample pairs (k, 2) within one sample spacing of the least distance of samples."""
     spacing = float(s[1])
     reach = 2.0 * spacing
@@ -101,15 +101,15 @@ def _candidates(points: FloatArray, s: FloatArray, apart: float) -> IntArray:
             distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=-1)
             enough = float(distance.min()) + spacing
             if enough <= reach:
-                chosen: IntArray = pairs[distance <= enough]
-                in_order: IntArray = chosen[np.lexsort((chosen[:, 1], chosen[:, 0]))]
+                chosen: IndexArray = pairs[distance <= enough]
+                in_order: IndexArray = chosen[np.lexsort((chosen[:, 1], chosen[:, 0]))]
                 return in_order
             reach = enough * (1.0 + 1e-9)
         else:
             reach *= 2.0
 
 
-def _lowest_of_neighbours(points: FloatArray, pairs: IntArray) -> IntArray:
+def _lowest_of_neighbours(points: FloatArray, pairs: IndexArray) -> IndexArray:
     """Keep the pairs (k, 2) that are no farther apart than the eight pairs of samples around them."""
     own = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=-1)
     lowest = np.ones(own.size, dtype=np.bool_)

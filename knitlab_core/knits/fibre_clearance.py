@@ -13,9 +13,9 @@ from knitlab_core.knits.distance import closest_approach
 from knitlab_core.knits.fibres import fibre_strands
 
 if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.centreline import Centreline
     from knitlab_core.knits.fibres import Yarn
-    from knitlab_core.knits.stitch import FloatArray
 
 _BEND_STEP: Final = 0.0025
 """Distance of the spots at which curvature is looked up [loop widths]."""

@@ -11,11 +11,11 @@ import numpy as np
 from knitlab_core.angles import cosine, sine
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits.directors import directors
-from knitlab_core.knits.stitch import is_positive
+from knitlab_core.knits.loop_shape import is_positive
 
 if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray, IndexArray
     from knitlab_core.knits.centreline import Centreline
-    from knitlab_core.knits.stitch import FloatArray, IntArray
 
 YarnModel: TypeAlias = Literal["yarn", "bundle"]
 
@@ -204,12 +204,12 @@ def check_turn(yarn: Yarn, arc_lengths: FloatArray) -> None:
         raise SpecificationError("specimen.nodes_per_loop", found, allowed)
 
 
-def fibre_sites(sites: IntArray, *, nodes: int, fibres: int) -> IntArray:
+def fibre_sites(sites: IndexArray, *, nodes: int, fibres: int) -> IndexArray:
     """Return the nodes that a hook on the yarn holds: one of each fibre.
 
     Parameters
     ----------
-    sites : IntArray
+    sites : IndexArray
         (k,) node numbers on a yarn of one strand.
     nodes : int
         Nodes per strand.
@@ -218,10 +218,10 @@ def fibre_sites(sites: IntArray, *, nodes: int, fibres: int) -> IntArray:
 
     Returns
     -------
-    IntArray
+    IndexArray
         (k, n) node numbers in the concatenation, a row per hook.
     """
-    held: IntArray = np.add.outer(sites, nodes * np.arange(fibres))
+    held: IndexArray = np.add.outer(sites, nodes * np.arange(fibres))
     return held
 
 

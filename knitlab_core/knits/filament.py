@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -10,10 +9,14 @@ import numpy as np
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.centreline import Centreline, Site
-from knitlab_core.knits.stitch import is_positive
+from knitlab_core.knits.loop_shape import is_positive
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import FloatArray
+    from collections.abc import Mapping
+
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.knits.centreline import SiteSet
+    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget, PlateRoom
 
 LARGEST_RADIUS: Final = 0.1
 """Largest radius of a filament, in its lengths."""
@@ -42,9 +45,61 @@ class Filament:
             raise SpecificationError("filament", f"{2.0 * self.fibre_radius:.4g} of its length", allowed)
 
     @property
-    def side(self) -> float:
-        """Return the side of the square that has the area of its cross-section [lengths]."""
-        return math.sqrt(math.pi) * self.fibre_radius
+    def axes(self) -> tuple[FaceAxis, ...]:
+        """Return the course, along which it is laid."""
+        return ("C",)
+
+    @property
+    def straight(self) -> bool:
+        """Return True."""
+        return True
+
+    @property
+    def description(self) -> str:
+        """Return what a table calls it."""
+        return "no knit: a straight filament"
+
+    @property
+    def apex_distances(self) -> Mapping[SiteSet, float]:
+        """Return nothing: it has no loops for wires."""
+        return {}
+
+    def loop_length(self, counts: Counts) -> float:  # noqa: ARG002 (there is one)
+        """Return its length [lengths]."""
+        return 1.0
+
+    def centreline(self, counts: Counts) -> Centreline:
+        """Return its centreline, each end a site."""
+        if counts != (1, 1, 1):
+            raise SpecificationError("specimen.loops", list(counts), "[1, 1]: a filament is no knit")
+        sites = (
+            Site(set="course-", row=0, loop=0, arc_length=0.0),
+            Site(set="course+", row=0, loop=0, arc_length=1.0),
+        )
+        return Centreline(pieces=(Straight(),), sites=sites)
+
+    def middle(self, counts: Counts) -> FloatArray:  # noqa: ARG002 (there is one)
+        """Return its middle (3,) [lengths]."""
+        return np.array([0.5, 0.0, 0.0])
+
+    def clasps(self, line: Centreline, counts: Counts) -> Mapping[str, Clasps]:  # noqa: ARG002 (it has no loops)
+        """Return nothing: it has no loops."""
+        return {}
+
+    def check_held(self, counts: Counts) -> None:
+        """Hold nothing."""
+
+    def clearance(self, line: Centreline, counts: Counts, *, loop_width: float) -> float:  # noqa: ARG002 (straight)
+        """Return its own length: nothing is beside it [lengths]."""
+        return 1.0
+
+    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:  # noqa: ARG002 (it has no loops)
+        """Return nothing: it has no loops."""
+        return {}
+
+    def plate_room(self, counts: Counts) -> PlateRoom | None:  # noqa: ARG002 (it has no loops)
+        """Return None: it has no loops."""
+        return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,12 +127,3 @@ class Straight:
     def place(self, s: float) -> str:
         """Name the spot."""
         return f"{s:.0%} of the filament"
-
-
-def filament_line() -> Centreline:
-    """Return the centreline of a filament, an end a site."""
-    sites = (
-        Site(set="course-", row=0, loop=0, arc_length=0.0),
-        Site(set="course+", row=0, loop=0, arc_length=1.0),
-    )
-    return Centreline(pieces=(Straight(),), sites=sites)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import FloatArray
+    from knitlab_core.arrays import FloatArray
 
 
 def linking_number(first: FloatArray, second: FloatArray) -> float:

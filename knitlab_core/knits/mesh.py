@@ -12,10 +12,11 @@ from knitlab_core.errors import SpecificationError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from knitlab_core.arrays import FloatArray, IndexArray
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.stitch import FloatArray, IntArray
 
 MOST_NODES: Final = 2_000_000
+_END_TOLERANCE: Final = 1e-9
 
 
 class Mesh(NamedTuple):
@@ -23,7 +24,7 @@ class Mesh(NamedTuple):
 
     arc_lengths: FloatArray
     """(N,) arc length of each node, from 0 [loop widths]."""
-    sites: Mapping[SiteSet, IntArray]
+    sites: Mapping[SiteSet, IndexArray]
     """Node indices of each set of sites, in the order of the centreline's."""
 
 
@@ -33,7 +34,7 @@ def yarn_mesh(centreline: Centreline, edge: float) -> Mesh:
     Parameters
     ----------
     centreline : Centreline
-        The yarn; its ends are sites.
+        The yarn; its ends become nodes too.
     edge : float
         Wanted length of an edge [loop widths].
 
@@ -42,7 +43,7 @@ def yarn_mesh(centreline: Centreline, edge: float) -> Mesh:
     SpecificationError
         If the mesh would have more than 2 million nodes.
     """
-    at_sites = np.sort([site.arc_length for site in centreline.sites])
+    at_sites = _with_ends(centreline, np.sort([site.arc_length for site in centreline.sites]))
     edges = _edge_counts(np.diff(at_sites), edge)
     if edges.sum() >= MOST_NODES:
         raise SpecificationError("specimen", f"{edges.sum() + 1} nodes", f"a mesh of at most {MOST_NODES} nodes")
@@ -69,7 +70,15 @@ def control_points(points: FloatArray) -> FloatArray:
     return nodes
 
 
-def _site_nodes(centreline: Centreline, at_sites: FloatArray, edges: IntArray) -> Mapping[SiteSet, IntArray]:
+def _with_ends(centreline: Centreline, at_sites: FloatArray) -> FloatArray:
+    """Return arc lengths of sites in order with the yarn's ends, where these are no sites but for rounding."""
+    near = _END_TOLERANCE * centreline.length
+    start = [0.0] if at_sites[0] > near else []
+    end = [centreline.length] if at_sites[-1] < centreline.length - near else []
+    return np.concatenate([start, at_sites, end])
+
+
+def _site_nodes(centreline: Centreline, at_sites: FloatArray, edges: IndexArray) -> Mapping[SiteSet, IndexArray]:
     first_of_stretch = np.concatenate([[0], np.cumsum(edges)])
     arcs: dict[SiteSet, list[float]] = {}
     for site in centreline.sites:
@@ -77,7 +86,7 @@ def _site_nodes(centreline: Centreline, at_sites: FloatArray, edges: IntArray) -
     return MappingProxyType({edge: first_of_stretch[np.searchsorted(at_sites, arc)] for edge, arc in arcs.items()})
 
 
-def _edge_counts(stretches: FloatArray, wanted: float) -> IntArray:
+def _edge_counts(stretches: FloatArray, wanted: float) -> IndexArray:
     """Return how many equal edges of each stretch are nearest in length to the wanted one."""
     fewer = np.maximum(np.floor(stretches / wanted), 1.0)
     long, short = stretches / fewer, stretches / (fewer + 1.0)
@@ -85,7 +94,7 @@ def _edge_counts(stretches: FloatArray, wanted: float) -> IntArray:
     return counts.astype(np.int64)
 
 
-def _divide(ends: FloatArray, counts: IntArray) -> FloatArray:
+def _divide(ends: FloatArray, counts: IndexArray) -> FloatArray:
     """Return the ends (k + 1,) with each stretch between them divided evenly (sum(counts) + 1,)."""
     stretch = np.repeat(np.arange(counts.size), counts)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -12,7 +12,8 @@ from knitlab_core.angles import cosine, sine
 from knitlab_core.knits.arclength import arc_table, derivatives
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import FloatArray, Stitch
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.knits.loop_shape import LoopShape
 
 
 class Piece(Protocol):
@@ -40,11 +41,12 @@ class Row:
     """Run through one row of loops; odd rows are knitted backwards.
 
     ``gamma(t) = [(t + a sin 2t)/2pi, h cos t + k w, d cos 2t]`` for t from -pi to (2N - 1) pi (Eq. 1 of the
-    paper, with row k lifted by k w): loop j has its head at t = 2 pi j.
+    paper, with row k lifted by k w): loop j has its head at t = 2 pi j. A loop of another whole `wave` has that
+    multiple of t in the last coordinate.
 
     Parameters
     ----------
-    stitch : Stitch
+    stitch : LoopShape
         The loop.
     row : int
         Number of the row k, from 0.
@@ -52,7 +54,7 @@ class Row:
         Number of loops N.
     """
 
-    stitch: Stitch
+    stitch: LoopShape
     row: int
     loops: int
 
@@ -81,7 +83,7 @@ class Row:
         t, stitch = self.parameter(s), self.stitch
         course = (t + stitch.curvature * sine(2.0 * t)) / (2.0 * np.pi)
         wale = stitch.height * cosine(t) + self.row * stitch.row_spacing
-        return np.stack([course, wale, stitch.depth * cosine(2.0 * t)], axis=-1)
+        return np.stack([course, wale, stitch.depth * cosine(stitch.wave * t)], axis=-1)
 
     def tangent(self, s: FloatArray) -> FloatArray:
         """Return unit tangents, (n,) -> (n, 3)."""

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knitlab_core.arrays import IndexArray  # noqa: TC001 - a NamedTuple's fields are read at run time
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.fibres import fibre_sites
-from knitlab_core.knits.stitch import IntArray, is_positive
-from knitlab_core.knits.stockinette import HOOK_ANGLE
-from knitlab_core.knits.volumetric_stitch import VolumetricStitch
+from knitlab_core.knits.loop_shape import is_positive
 
 if TYPE_CHECKING:
     from knitlab_core.knits.specimen import Specimen
@@ -20,9 +18,9 @@ if TYPE_CHECKING:
 class Plates(NamedTuple):
     """Hold what two plates clamp, and how far apart they stand."""
 
-    lower: IntArray
+    lower: IndexArray
     """Nodes inside the plate at the pile- face, ascending."""
-    upper: IntArray
+    upper: IndexArray
     """Nodes inside the plate at the pile+ face, ascending."""
     gap: float
     """Distance of the plates' inner faces [m]: the height of the knit that can stretch."""
@@ -53,12 +51,12 @@ def plate_nodes(specimen: Specimen, *, depth: float | None = None) -> Plates:
     SpecificationError
         If the specimen is planar, or the depth not above 0 and below half the knit's height.
     """
-    stitch, unit = specimen.stitch, specimen.loop_width
-    if not isinstance(stitch, VolumetricStitch):
-        raise SpecificationError("specimen.knit", "a planar knit", "a volumetric knit: plates hold pile loops")
-    if depth is None:
-        depth = unit * (stitch.fibre_radius + 0.5 * stitch.pile_height * (1.0 - math.cos(HOOK_ANGLE)))
-    height = unit * ((specimen.layers - 1) * stitch.layer_spacing + stitch.pile_height)
+    room, unit = specimen.fabric.plate_room(specimen.counts), specimen.loop_width
+    if room is None:
+        found = "a knit whose pile loops are not known" if "P" in specimen.fabric.axes else "a planar knit"
+        raise SpecificationError("specimen.knit", found, "a volumetric knit: plates hold pile loops")
+    depth = unit * room.reach if depth is None else depth
+    height = unit * room.height
     if not is_positive(depth) or depth >= 0.5 * height:
         raise SpecificationError("plates.depth", depth, f"a length above 0 and below {0.5 * height:.4g} m")
     z = unit * specimen.centreline.position(specimen.arc_lengths / unit)[:, 2]

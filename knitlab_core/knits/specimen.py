@@ -8,26 +8,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from knitlab_core.errors import GeometryError, SpecificationError
-from knitlab_core.knits.arclength import yarn_per_loop
-from knitlab_core.knits.clasp import stitch_clasp
-from knitlab_core.knits.clearance import check_clearance, check_volumetric_clearance
+from knitlab_core.errors import SpecificationError
+from knitlab_core.knits.fabric import Counts
 from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn, check_turn, fibre_sites, fibre_strands
-from knitlab_core.knits.filament import filament_line
+from knitlab_core.knits.loop_shape import is_positive
 from knitlab_core.knits.mesh import control_points, yarn_mesh
-from knitlab_core.knits.stitch import is_positive
-from knitlab_core.knits.stockinette import check_count, knit_middle, stockinette
-from knitlab_core.knits.volumetric import volumetric, volumetric_middle
+from knitlab_core.knits.planar import check_count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from knitlab_core.arrays import FloatArray, IndexArray
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.filament import Filament
+    from knitlab_core.knits.fabric import Fabric
     from knitlab_core.knits.mesh import Mesh
-    from knitlab_core.knits.stitch import FloatArray, IntArray, Stitch
-    from knitlab_core.knits.volumetric_stitch import VolumetricStitch
 
 FEWEST_NODES_PER_LOOP: Final = 8
 MOST_NODES_PER_LOOP: Final = 1000
@@ -51,16 +46,16 @@ class Specimen:
     loop_width : float
         The stitch's unit of length [m].
     rows, loops, layers : int
-        Counts along wale, course and pile; one layer is planar unless its stitch is volumetric.
-    stitch : Stitch, VolumetricStitch or Filament
-        The loop, the stitch of two loops, or what is no knit.
+        Counts along wale, course and pile; one layer is planar unless its fabric has pile faces.
+    fabric : Fabric
+        The knit that it is cut from.
     centreline : Centreline
         The smooth yarn [loop widths], not centred.
     yarn_length : float
         Whole length, turn-arounds included [m].
     clearance : float
         Least distance between the surfaces of yarns [m].
-    sites : Mapping of str to IntArray
+    sites : Mapping of str to IndexArray
         Node indices of each set of boundary sites, hook by hook one of every strand: along +x (``wale``) or +y
         (``course``), on the faces of a volumetric knit by layer, row and +x; only such a knit has ``pile+`` and
         ``pile-``.
@@ -74,11 +69,16 @@ class Specimen:
     rows: int
     loops: int
     layers: int
-    stitch: Stitch | VolumetricStitch | Filament
+    fabric: Fabric
     centreline: Centreline
     yarn_length: float
     clearance: float
-    sites: Mapping[SiteSet, IntArray]
+    sites: Mapping[SiteSet, IndexArray]
+
+    @property
+    def counts(self) -> Counts:
+        """Return how often the fabric repeats in it."""
+        return Counts(self.rows, self.loops, self.layers)
 
     @property
     def strands(self) -> tuple[FloatArray, ...]:
@@ -86,89 +86,33 @@ class Specimen:
         return tuple(self.nodes.reshape(-1, len(self.arc_lengths), 3))
 
 
-def planar_specimen(
-    stitch: Stitch, *, rows: int, loops: int, loop_width: float, nodes_per_loop: int = 48, yarn: Yarn | None = None
-) -> Specimen:
-    """Build a planar stockinette specimen and refuse one that cannot exist.
-
-    The yarn is divided at its boundary sites; between two of them edges are equal in arc length and as near as
-    their whole number allows to ``yarn_per_loop / nodes_per_loop``. Every site is a node.
-
-    Parameters
-    ----------
-    stitch : Stitch
-        The loop.
-    rows, loops : int
-        1 to 200 each.
-    loop_width : float
-        l [m].
-    nodes_per_loop : int
-        8 to 1000; the mesh as a whole has at most 2 million nodes.
-    yarn : Yarn, optional
-        Its fibres; one of the stitch's own radius unless given.
-
-    Returns
-    -------
-    Specimen
-
-    Raises
-    ------
-    SpecificationError
-        If a value is out of its bounds.
-    GeometryError
-        If strands overlap (it names both places), the yarn bends tighter than its own radius, or rows do not
-        hold each other.
-    """
-    _check_size(loop_width, nodes_per_loop)
-    centreline = stockinette(stitch, rows=rows, loops=loops)
-    mesh = yarn_mesh(centreline, yarn_per_loop(stitch) / nodes_per_loop)
-    if rows > 1 and stitch_clasp(stitch) == 0:
-        allowed = "a row spacing, height and depth with which each loop holds the next row's"
-        raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
-    if yarn is None:
-        approach = check_clearance(stitch, rows=rows, loops=loops, loop_width=loop_width)
-        gap = approach.distance - 2.0 * stitch.fibre_radius
-    else:
-        gap = check_fibres(centreline, yarn, loop_width=loop_width).between
-    return _cut(
-        stitch,
-        centreline,
-        mesh,
-        yarn,
-        counts=(rows, loops, 1),
-        middle=knit_middle(stitch, rows, loops),
-        gap=gap,
-        loop_width=loop_width,
-    )
-
-
-def volumetric_specimen(
-    stitch: VolumetricStitch,
+def knit_specimen(
+    fabric: Fabric,
     *,
-    rows: int,
-    loops: int,
-    layers: int,
     loop_width: float,
+    rows: int = 1,
+    loops: int = 1,
+    layers: int = 1,
     nodes_per_loop: int = 48,
     yarn: Yarn | None = None,
 ) -> Specimen:
-    """Build a volumetric specimen and refuse one that cannot exist.
+    """Build a specimen of a fabric and refuse one that cannot exist.
 
-    It is meshed as a planar one, with the mean of wale and pile loop for the nominal edge; 6x6x6 stitches make
-    about 21,000 nodes. Here the whole yarn is searched for overlap.
+    The yarn is divided at its boundary sites; between two of them edges are equal in arc length and as near as
+    their whole number allows to the mean yarn length of a loop over ``nodes_per_loop``. Every site is a node.
 
     Parameters
     ----------
-    stitch : VolumetricStitch
-        The stitch.
-    rows, loops, layers : int
-        Rows, stitches per row (two loops each) and layers, 1 to 200 each.
+    fabric : Fabric
+        The knit; 6x6x6 stitches of a volumetric one make about 21,000 nodes.
     loop_width : float
-        l [m].
+        l; the length of a straight filament [m].
+    rows, loops, layers : int
+        1 to 200 each; in a volumetric knit stitches of two loops each; layers are 1 in a fabric without pile faces.
     nodes_per_loop : int
-        8 to 1000, for each of a stitch's two loops; the mesh as a whole has at most 2 million nodes.
+        8 to 1000; the mesh as a whole has at most 2 million nodes.
     yarn : Yarn, optional
-        Its fibres; one of the stitch's own radius unless given.
+        Its fibres; one of the fabric's own radius unless given.
 
     Returns
     -------
@@ -179,85 +123,22 @@ def volumetric_specimen(
     SpecificationError
         If a value is out of its bounds.
     GeometryError
-        If strands overlap (it names both places), the yarn bends tighter than its own radius, or rows or layers
-        do not hold each other.
+        If strands overlap (it names both places), the yarn bends tighter than its own radius, or rows or layers do
+        not hold each other.
     """
     _check_size(loop_width, nodes_per_loop)
-    centreline = volumetric(stitch, rows=rows, loops=loops, layers=layers)
-    per_loop = 0.5 * (yarn_per_loop(stitch.wale_loop) + yarn_per_loop(stitch.pile_loop))
-    mesh = yarn_mesh(centreline, per_loop / nodes_per_loop)
-    middle = volumetric_middle(stitch, rows, loops, layers)
-    for count, loop, joined in ((rows, stitch.wale_loop, "rows"), (layers, stitch.pile_loop, "layers")):
-        if count > 1 and stitch_clasp(loop) == 0:
-            allowed = f"spacings, heights and a depth with which loops hold the next of the {joined}"
-            raise GeometryError("specimen.knit", f"{joined} that do not hold each other", allowed)
+    counts = Counts(rows, loops, layers)
+    if layers != 1 and "P" not in fabric.axes:
+        raise SpecificationError("specimen.layers", layers, "1: a planar knit has one layer")
+    centreline = fabric.centreline(counts)
+    mesh = yarn_mesh(centreline, fabric.loop_length(counts) / nodes_per_loop)
+    fabric.check_held(counts)
     if yarn is None:
-        approach = check_volumetric_clearance(stitch, centreline, middle=middle, loop_width=loop_width)
-        gap = approach.distance - 2.0 * stitch.fibre_radius
+        gap = fabric.clearance(centreline, counts, loop_width=loop_width)
     else:
         gap = check_fibres(centreline, yarn, loop_width=loop_width).between
-    return _cut(
-        stitch,
-        centreline,
-        mesh,
-        yarn,
-        counts=(rows, loops, layers),
-        middle=middle,
-        gap=gap,
-        loop_width=loop_width,
-    )
-
-
-def filament_specimen(filament: Filament, *, length: float, nodes: int = 48) -> Specimen:
-    """Lay a straight filament along the course, clear of anything by its own length.
-
-    Parameters
-    ----------
-    filament : Filament
-        Its radius.
-    length : float
-        Its length [m].
-    nodes : int
-        Edges that it is divided into, 8 to 1000.
-
-    Returns
-    -------
-    Specimen
-
-    Raises
-    ------
-    SpecificationError
-        If a value is out of its bounds.
-    """
-    _check_size(length, nodes)
-    line = filament_line()
-    return _cut(
-        filament,
-        line,
-        yarn_mesh(line, 1.0 / nodes),
-        None,
-        counts=(1, 1, 1),
-        middle=np.array([0.5, 0.0, 0.0]),
-        gap=1.0,
-        loop_width=length,
-    )
-
-
-def _cut(
-    stitch: Stitch | VolumetricStitch | Filament,
-    centreline: Centreline,
-    mesh: Mesh,
-    yarn: Yarn | None,
-    *,
-    counts: tuple[int, int, int],
-    middle: FloatArray,
-    gap: float,
-    loop_width: float,
-) -> Specimen:
-    """Lay the strands along a checked centreline; middle and gap are in loop widths."""
-    fibres = Yarn(fibre_radius=stitch.fibre_radius) if yarn is None else yarn
-    nodes, sites = _strands(centreline, mesh, fibres, middle)
-    rows, loops, layers = counts
+    fibres = Yarn(fibre_radius=fabric.fibre_radius) if yarn is None else yarn
+    nodes, sites = _strands(centreline, mesh, fibres, fabric.middle(counts))
     return Specimen(
         nodes=nodes * loop_width,
         arc_lengths=mesh.arc_lengths * loop_width,
@@ -267,7 +148,7 @@ def _cut(
         rows=rows,
         loops=loops,
         layers=layers,
-        stitch=stitch,
+        fabric=fabric,
         centreline=centreline,
         yarn_length=centreline.length * loop_width,
         clearance=gap * loop_width,
@@ -283,7 +164,7 @@ def _check_size(loop_width: float, nodes_per_loop: int) -> None:
 
 def _strands(
     centreline: Centreline, mesh: Mesh, yarn: Yarn, middle: FloatArray
-) -> tuple[FloatArray, Mapping[SiteSet, IntArray]]:
+) -> tuple[FloatArray, Mapping[SiteSet, IndexArray]]:
     """Return the control points (N, 3) of all strands about the knit's middle [loop widths], and their sites."""
     check_turn(yarn, mesh.arc_lengths)
     one = yarn.model == "yarn"

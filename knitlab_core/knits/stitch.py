@@ -1,88 +1,115 @@
-"""Say what a stitch is: five numbers, in loop widths, and the sets that have a name.
-
-The centreline of one loop is the paper's Eq. 1,
-``gamma(t) = [l/2pi (t + a sin 2t), h cos t, d cos 2t]``, with the loop width ``l`` as the unit of length.
-"""
+"""Planar stockinette, the fabric of one loop, and its sets of numbers that have a name."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeGuard
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knitlab_core.angles import arc_tangents, sine
-from knitlab_core.errors import SpecificationError
+from knitlab_core.errors import GeometryError
+from knitlab_core.knits.arclength import arc_table
+from knitlab_core.knits.clearance import check_clearance
+from knitlab_core.knits.fabric import LoopBudget
+from knitlab_core.knits.loop_shape import LoopShape, locking_strain
+from knitlab_core.knits.pieces import Row, Turn
+from knitlab_core.knits.planar import HOOK_ANGLE, knit_middle, planar_clasps, planar_line, stitch_clasp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-LARGEST: Final[Mapping[str, float]] = MappingProxyType(
-    {"curvature": 5.0, "height": 10.0, "depth": 10.0, "row_spacing": 10.0, "fibre_radius": 0.5}
-)
-"""Largest value of each number of a stitch [loop widths]; the smallest is anything above 0."""
-
-
-def is_positive(value: object) -> TypeGuard[float]:
-    """Tell whether a value is a finite number above 0; a truth value is no number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf
-
-
-def check_number(name: str, value: object, *, most: float) -> None:
-    """Refuse a number of a stitch that is not finite, not positive or too large.
-
-    Raises
-    ------
-    SpecificationError
-        Naming the number.
-    """
-    if not is_positive(value) or value > most:
-        raise SpecificationError(f"stitch.{name}", value, f"a number above 0 and at most {most:g}, in loop widths")
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.knits.centreline import Centreline, SiteSet
+    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, PlateRoom
+    from knitlab_core.knits.planar import PlanarRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stitch:
-    """Hold the shape of one loop and the distance of its rows.
+class Stitch(LoopShape):
+    """Knit planar stockinette: every row Eq. 1 of the paper, rows joined by semicircles in the plane of the feet.
 
-    Parameters
-    ----------
-    curvature : float
-        ``a``: how far a loop bulges over its neck [1]; it has a neck at all from 1/2 on.
-    height : float
-        ``h``: half of a loop's extent along the wale [loop widths].
-    depth : float
-        ``d``: half of its extent out of the plane [loop widths].
-    row_spacing : float
-        ``w``: wale distance of neighbouring rows [loop widths].
-    fibre_radius : float
-        ``r``: radius of the fibre [loop widths].
-
-    Raises
-    ------
-    SpecificationError
-        If a number is not finite, not positive or beyond `LARGEST`.
-
-    References
-    ----------
-    Cline et al., "Entanglement-driven responses through multiscale 3D-printed knits", Eq. 1. The paper
-    leaves the row spacing out; it is a number of its own here.
+    A `Fabric`. Its parameters are those of `LoopShape`. The first row's first foot is at (-1/2, -h, d). A planar
+    stitch with other rows or turns derives from it.
     """
 
-    curvature: float
-    height: float
-    depth: float
-    row_spacing: float
-    fibre_radius: float
+    @property
+    def axes(self) -> tuple[FaceAxis, ...]:
+        """Return course and wale."""
+        return ("C", "W")
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            check_number(field.name, getattr(self, field.name), most=LARGEST[field.name])
+    @property
+    def straight(self) -> bool:
+        """Return False: it has loops."""
+        return False
+
+    @property
+    def description(self) -> str:
+        """Return what a table calls it."""
+        return "a stitch given by its values"
+
+    @property
+    def apex_distances(self) -> Mapping[SiteSet, float]:
+        """Return the arc length from sites to apices: of heads and sinkers, and of turn-arounds [loop widths]."""
+        beside = float(arc_table(self).arc_length(np.array([HOOK_ANGLE]))[0])
+        half_turn = 0.25 * np.pi * self.row_spacing
+        return {"wale-": beside, "wale+": beside, "course-": half_turn, "course+": half_turn}
+
+    @property
+    def shapes(self) -> tuple[LoopShape, ...]:
+        """Return its one loop."""
+        return (self,)
+
+    def row(self, number: int, loops: int) -> PlanarRow:
+        """Return a row, counted from 0; even ones run along +x, odd ones back."""
+        return Row(stitch=self, row=number, loops=loops)
+
+    def turn(self, number: int, loops: int) -> Turn:
+        """Return the turn-around from a row to the next: diameter w, in the plane z = d of the feet."""
+        side = -1 if number % 2 else 1
+        x, y = loops - 0.5 if side > 0 else -0.5, (number + 0.5) * self.row_spacing - self.height
+        return Turn(
+            centre=(x, y, self.depth),
+            radius=0.5 * self.row_spacing,
+            side=side,
+            across=(0.0, 1.0, 0.0),
+            joins=f"from row {number} to row {number + 1}",
+        )
+
+    def loop_length(self, counts: Counts) -> float:  # noqa: ARG002 (every loop is as long)
+        """Return the yarn length of one loop [loop widths]."""
+        return arc_table(self).loop_length
+
+    def centreline(self, counts: Counts) -> Centreline:
+        """Return the yarn with its sites."""
+        return planar_line(self, rows=counts.rows, loops=counts.loops)
+
+    def middle(self, counts: Counts) -> FloatArray:
+        """Return the point (3,) midway between opposite edges [loop widths]."""
+        return knit_middle(self, counts.rows, counts.loops)
+
+    def clasps(self, line: Centreline, counts: Counts) -> Mapping[str, Clasps]:
+        """Return the clasps between rows, (rows - 1, loops)."""
+        return {"rows": planar_clasps(self, line, rows=counts.rows, loops=counts.loops)}
+
+    def check_held(self, counts: Counts) -> None:
+        """Refuse rows that do not hold each other."""
+        if counts.rows > 1 and stitch_clasp(self) == 0:
+            allowed = "a row spacing, height and depth with which each loop holds the next row's"
+            raise GeometryError("specimen.knit", "rows that do not hold each other", allowed)
+
+    def clearance(self, line: Centreline, counts: Counts, *, loop_width: float) -> float:  # noqa: ARG002 (rows repeat)
+        """Return the least distance between surfaces of strands [loop widths]."""
+        approach = check_clearance(self, rows=counts.rows, loops=counts.loops, loop_width=loop_width)
+        return approach.distance - 2.0 * self.fibre_radius
+
+    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+        """Return the arc-length budget of its loops, which reach along the wale."""
+        return {"W": planar_budget(self, fibre_radius)}
+
+    def plate_room(self, counts: Counts) -> PlateRoom | None:  # noqa: ARG002 (whatever they are)
+        """Return None: it has no loops along the pile."""
+        return None
 
 
 NAMED_STITCHES: Final[Mapping[str, Stitch]] = MappingProxyType(
@@ -96,41 +123,9 @@ NAMED_STITCHES: Final[Mapping[str, Stitch]] = MappingProxyType(
 """Stitches by name: the default, Crane's plain knit (2023), a taller one, and a fit to the paper's secants."""
 
 
-def widest_parameter(stitch: Stitch) -> float:
-    """Return t*, where a head is widest and its tangent has no part along the course.
-
-    ``dx/dt = 0`` at ``cos 2t = -1/2a``; a stitch with a <= 1/2 never overhangs and is taken at the waist, pi/2.
-    """
-    at = max(-1.0, -0.5 / stitch.curvature)
-    return 0.5 * float(arc_tangents(np.array(math.sqrt(1.0 - at * at)), np.array(at)))
-
-
-def neighbour_gap(stitch: Stitch) -> float:
-    """Return the course distance between neighbouring heads of a row at their widest [loop widths].
-
-    ``1 - (t* + a sin 2t*)/pi``, centre to centre: an upper bound on the least distance of the knit.
-    """
-    t = widest_parameter(stitch)
-    return 1.0 - (t + stitch.curvature * float(sine(np.array(2.0 * t)))) / math.pi
-
-
-def locking_strain(stitch: Stitch, yarn_per_loop: float) -> float:
-    """Estimate the biaxial strain at which a loop has used up its yarn.
-
-    ``[1.005 L - (11.67 r + 1.076 d - 0.179 (a - 1.5) - 0.075)] / (1 + 2 w) - 1``, a fit over 162 designs
-    with an error of 0.013 rms: near it the yarn itself must stretch and forces rise steeply.
-
-    Parameters
-    ----------
-    stitch : Stitch
-        The loop.
-    yarn_per_loop : float
-        Yarn length of one loop without turn-arounds, L [loop widths].
-
-    Returns
-    -------
-    float
-        Strain, the same along course and wale [1].
-    """
-    taken_by_crossings = 11.67 * stitch.fibre_radius + 1.076 * stitch.depth - 0.179 * (stitch.curvature - 1.5) - 0.075
-    return (1.005 * yarn_per_loop - taken_by_crossings) / (1.0 + 2.0 * stitch.row_spacing) - 1.0
+def planar_budget(loop: LoopShape, fibre_radius: float) -> LoopBudget:
+    """Return the budget of a planar loop whose strands have a radius of their own where they cross [loop widths]."""
+    locking = locking_strain(loop, arc_table(loop).loop_length, fibre_radius)
+    return LoopBudget(
+        locking=locking, share=2.0 * loop.row_spacing, fibre_radius=fibre_radius, error=loop.locking_error
+    )

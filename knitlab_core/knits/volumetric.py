@@ -17,25 +17,28 @@ import numpy as np
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
+from knitlab_core.knits.clearance import clear_of_itself, gentle_bend
+from knitlab_core.knits.fabric import Clasps
 from knitlab_core.knits.pieces import Turn
-from knitlab_core.knits.stockinette import HOOK_ANGLE, MOST_ROWS, check_count
+from knitlab_core.knits.planar import HOOK_ANGLE, MOST_ROWS, between_rows, check_count, place_loops
 from knitlab_core.knits.volumetric_row import VolumetricRow, wale_sign
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import FloatArray
-    from knitlab_core.knits.volumetric_stitch import VolumetricStitch
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.knits.distance import Approach
+    from knitlab_core.knits.volumetric_shape import VolumetricShape
 
 MOST_STITCHES: Final = 125_000
 _AT_HEAD: Final = (-HOOK_ANGLE, HOOK_ANGLE)
 _AT_FEET: Final = (HOOK_ANGLE - np.pi, np.pi - HOOK_ANGLE)
 
 
-def volumetric(stitch: VolumetricStitch, *, rows: int, loops: int, layers: int) -> Centreline:
+def volumetric(stitch: VolumetricShape, *, rows: int, loops: int, layers: int) -> Centreline:
     """Lay one yarn through all rows of all layers of a volumetric knit.
 
     Parameters
     ----------
-    stitch : VolumetricStitch
+    stitch : VolumetricShape
         The stitch.
     rows, loops, layers : int
         Rows along the wale, stitches along the course (two loops each) and layers along the pile, 1 to 200 each.
@@ -78,18 +81,88 @@ def row_number(row: int, layer: int, rows: int) -> int:
     return layer * rows + (row if wale_sign(layer) > 0 else rows - 1 - row)
 
 
-def numbered_row(stitch: VolumetricStitch, number: int, rows: int, loops: int) -> VolumetricRow:
+def numbered_row(stitch: VolumetricShape, number: int, rows: int, loops: int) -> VolumetricRow:
     """Return the row that is knitted as number 0, 1, ... of the yarn; it is piece 2 ``number``."""
     layer, within = divmod(number, rows)
     row = within if wale_sign(layer) > 0 else rows - 1 - within
     return VolumetricRow(stitch=stitch, row=row, layer=layer, loops=loops, direction=-1 if number % 2 else 1)
 
 
-def volumetric_middle(stitch: VolumetricStitch, rows: int, loops: int, layers: int) -> FloatArray:
+def volumetric_middle(stitch: VolumetricShape, rows: int, loops: int, layers: int) -> FloatArray:
     """Return the point (3,) midway between the means of opposite faces' sites [loop widths]."""
     upward = float(np.mean([wale_sign(layer) for layer in range(layers)]))
     wale = 0.5 * ((rows - 1) * stitch.row_spacing + upward * stitch.wale_height)
     return np.array([loops - 0.5, wale, 0.5 * ((layers - 1) * stitch.layer_spacing + stitch.pile_height)])
+
+
+def check_volumetric_clearance(
+    stitch: VolumetricShape, centreline: Centreline, *, middle: FloatArray, loop_width: float
+) -> Approach:
+    """Return where the strands of a volumetric knit come closest, or refuse it if its yarn overlaps itself.
+
+    The whole yarn is searched: layers alternate and turn-arounds stand at both sides, which a part would miss.
+
+    Parameters
+    ----------
+    stitch : VolumetricShape
+        The stitch.
+    centreline : Centreline
+        The knit.
+    middle : FloatArray
+        The point (3,) that becomes the origin [loop widths]; for the message alone.
+    loop_width : float
+        For the message alone [m].
+
+    Returns
+    -------
+    Approach
+        Distance and arc lengths [loop widths].
+
+    Raises
+    ------
+    GeometryError
+        Naming the two places: layer, row, stitch, arc length and position in mm from the knit's centre.
+    """
+    loops = max(gentle_bend(loop, loop_width) for loop in (stitch.wale_loop, stitch.pile_loop))
+    bend = max(loops, 2.0 / stitch.row_spacing, 2.0 / stitch.layer_spacing)
+    return clear_of_itself(centreline, bend, radius=stitch.fibre_radius, middle=middle, loop_width=loop_width)
+
+
+def volumetric_clasps(
+    stitch: VolumetricShape, line: Centreline, *, rows: int, loops: int, layers: int
+) -> dict[str, Clasps]:
+    """Return the clasps of a volumetric knit.
+
+    Returns
+    -------
+    dict of str to Clasps
+        ``rows``: (layers, rows - 1, loops), every wale head with the wale loop that is knitted through it, between
+        rows k and k + 1 of a layer; the head is row k's where wale loops point along +y, row k + 1's where along -y.
+        ``layers``: (layers - 1, rows, loops), of layer m's pile head with layer m + 1's pile loop.
+    """
+    placed = [_placed(line, numbered_row(stitch, number, rows, loops), number) for number in range(rows * layers)]
+    wale = [
+        (row_number(row if upward else row + 1, layer, rows), row_number(row + 1 if upward else row, layer, rows))
+        for layer in range(layers)
+        for upward in (wale_sign(layer) > 0,)
+        for row in range(rows - 1)
+    ]
+    pile = [(row_number(row, m, rows), row_number(row, m + 1, rows)) for m in range(layers - 1) for row in range(rows)]
+    between, above = between_rows(placed, wale), between_rows(placed, pile)
+    return {
+        "rows": Clasps(*(arcs[:, 0::2].reshape(layers, rows - 1, loops, arcs.shape[-1]) for arcs in between)),
+        "layers": Clasps(*(arcs[:, 1::2].reshape(layers - 1, rows, loops, arcs.shape[-1]) for arcs in above)),
+    }
+
+
+def _placed(line: Centreline, row: VolumetricRow, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return where the loops of a row are on the yarn, wale and pile loop in turn: feet (2n + 1,), apices (2n + 2,)."""
+    stitch = np.arange(row.loops)
+    begin, apex, end = (
+        np.stack([row.arc_length(stitch, pile=pile, t=np.full(stitch.size, t)) for pile in (False, True)], axis=1)
+        for t in (-np.pi, 0.0, np.pi)
+    )
+    return place_loops(line, number, row.direction, np.append(begin.ravel(), end[-1, -1]), apex.ravel())
 
 
 def _turn(before: VolumetricRow, after: VolumetricRow) -> Turn:

@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from knitlab_core.angles import cosine, sine
-from knitlab_core.arrays import BoolArray  # noqa: TC001 - a NamedTuple's fields are read at run time
+from knitlab_core.arrays import (  # noqa: TC001
+    BoolArray,
+    FloatArray,
+    IndexArray,
+)
 from knitlab_core.knits.arclength import arc_table, derivatives
-from knitlab_core.knits.stitch import FloatArray, IntArray  # noqa: TC001
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import Stitch
-    from knitlab_core.knits.volumetric_stitch import VolumetricStitch
+    from knitlab_core.knits.loop_shape import LoopShape
+    from knitlab_core.knits.volumetric_shape import VolumetricShape
 
 
 class Spot(NamedTuple):
     """Say on which loops some arc lengths lie."""
 
-    stitch: IntArray
+    stitch: IndexArray
     pile: BoolArray
     """Whether each is on the stitch's pile loop."""
     t: FloatArray
@@ -41,7 +44,7 @@ class VolumetricRow:
 
     Parameters
     ----------
-    stitch : VolumetricStitch
+    stitch : VolumetricShape
         The stitch.
     row, layer : int
         Numbers k and m, from 0.
@@ -51,7 +54,7 @@ class VolumetricRow:
         +1 where the yarn runs with the course, -1 where it comes back.
     """
 
-    stitch: VolumetricStitch
+    stitch: VolumetricShape
     row: int
     layer: int
     loops: int
@@ -67,7 +70,7 @@ class VolumetricRow:
         """Return the arc length [loop widths]."""
         return self.loops * self._stitch_length
 
-    def arc_length(self, stitch: IntArray, *, pile: bool, t: FloatArray) -> FloatArray:
+    def arc_length(self, stitch: IndexArray, *, pile: bool, t: FloatArray) -> FloatArray:
         """Return the arc length from the row's own start to parameters t of a loop of each stitch, all (n,)."""
         table = arc_table(self.stitch.pile_loop if pile else self.stitch.wale_loop)
         before = stitch * self._stitch_length + (self._wale_length if pile else 0.0)
@@ -131,7 +134,7 @@ class VolumetricRow:
     def _derivatives(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         spot = self.spot(s)
         first, second = np.empty((s.size, 3)), np.empty((s.size, 3))
-        kinds: tuple[tuple[BoolArray, Stitch], ...]
+        kinds: tuple[tuple[BoolArray, LoopShape], ...]
         kinds = ((~spot.pile, self.stitch.wale_loop), (spot.pile, self.stitch.pile_loop))
         for chosen, loop in kinds:
             first[chosen], second[chosen] = derivatives(loop, spot.t[chosen])

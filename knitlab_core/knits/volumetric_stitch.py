@@ -1,90 +1,92 @@
-"""Say what a volumetric stitch is: a loop that holds the next row and one that holds the next layer."""
+"""Volumetric knit, the fabric of two loops per stitch, and its sets of numbers that have a name."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits.stitch import LARGEST, Stitch, check_number
+from knitlab_core.knits.arclength import yarn_per_loop
+from knitlab_core.knits.fabric import PlateRoom
+from knitlab_core.knits.planar import HOOK_ANGLE, stitch_clasp
+from knitlab_core.knits.stitch import planar_budget
+from knitlab_core.knits.volumetric import check_volumetric_clearance, volumetric, volumetric_clasps, volumetric_middle
+from knitlab_core.knits.volumetric_shape import VolumetricShape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_LARGEST: Final[Mapping[str, float]] = MappingProxyType(
-    {**LARGEST, "wale_height": 2.0 * LARGEST["height"], "pile_height": 2.0 * LARGEST["height"], "layer_spacing": 10.0}
-)
+    from knitlab_core.arrays import FloatArray
+    from knitlab_core.knits.centreline import Centreline, SiteSet
+    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VolumetricStitch:
-    """Hold the shape of one stitch of two loops, and the distances of rows and layers.
-
-    Parameters
-    ----------
-    curvature : float
-        ``a``: how far a loop bulges over its neck [1].
-    wale_height : float
-        ``H_w``: whole extent of the wale loop along the wale [loop widths].
-    pile_height : float
-        ``H_p``: whole extent of the pile loop along the pile [loop widths].
-    depth : float
-        ``d``: half of a loop's extent out of its own plane [loop widths].
-    row_spacing : float
-        ``w``: wale distance of neighbouring rows [loop widths].
-    layer_spacing : float
-        ``w_p``: pile distance of neighbouring layers [loop widths].
-    fibre_radius : float
-        ``r``: radius of the fibre [loop widths].
-
-    Raises
-    ------
-    SpecificationError
-        If a number is not finite, not positive or too large.
-    GeometryError
-        If a loop is no higher than the spacing that it must reach over: it would hold nothing.
-
-    Notes
-    -----
-    Cline et al., "Entanglement-driven responses through multiscale 3D-printed knits", describe an extra loop per
-    stitch that holds the layer above but give no formula; this construction is knitlab's own.
-    """
-
-    curvature: float
-    wale_height: float
-    pile_height: float
-    depth: float
-    row_spacing: float
-    layer_spacing: float
-    fibre_radius: float
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            check_number(field.name, getattr(self, field.name), most=_LARGEST[field.name])
-        for spacing, height in (("row_spacing", "wale_height"), ("layer_spacing", "pile_height")):
-            found, limit = getattr(self, spacing), getattr(self, height)
-            if found >= limit:
-                allowed = f"less than stitch.{height}, which is {limit!r}: a loop must reach over the spacing"
-                raise GeometryError(f"stitch.{spacing}", found, allowed)
+class VolumetricStitch(VolumetricShape):
+    """Knit many layers with one yarn: a `Fabric` whose parameters are those of `VolumetricShape`."""
 
     @property
-    def wale_loop(self) -> Stitch:
-        """Return the planar stitch (h = H_w/2) that the wale loop is one loop of."""
-        return self._planar(self.wale_height, self.row_spacing)
+    def axes(self) -> tuple[FaceAxis, ...]:
+        """Return course, wale and pile."""
+        return ("C", "W", "P")
 
     @property
-    def pile_loop(self) -> Stitch:
-        """Return the planar stitch (h = H_p/2, rows w_p apart) that the pile loop is, turned into x-z."""
-        return self._planar(self.pile_height, self.layer_spacing)
+    def straight(self) -> bool:
+        """Return False: it has loops."""
+        return False
 
-    def _planar(self, whole_height: float, spacing: float) -> Stitch:
-        return Stitch(
-            curvature=self.curvature,
-            height=0.5 * whole_height,
-            depth=self.depth,
-            row_spacing=spacing,
-            fibre_radius=self.fibre_radius,
+    @property
+    def description(self) -> str:
+        """Return what a table calls it."""
+        return "a stitch given by its values"
+
+    @property
+    def apex_distances(self) -> Mapping[SiteSet, float]:
+        """Return nothing: no wires hold its loops."""
+        return {}
+
+    def loop_length(self, counts: Counts) -> float:  # noqa: ARG002 (every stitch is as long)
+        """Return the mean yarn length of wale and pile loop [loop widths]."""
+        return 0.5 * (yarn_per_loop(self.wale_loop) + yarn_per_loop(self.pile_loop))
+
+    def centreline(self, counts: Counts) -> Centreline:
+        """Return the yarn with its sites."""
+        return volumetric(self, rows=counts.rows, loops=counts.loops, layers=counts.layers)
+
+    def middle(self, counts: Counts) -> FloatArray:
+        """Return the point (3,) midway between the means of opposite faces' sites [loop widths]."""
+        return volumetric_middle(self, counts.rows, counts.loops, counts.layers)
+
+    def clasps(self, line: Centreline, counts: Counts) -> Mapping[str, Clasps]:
+        """Return the clasps of wale loops, (layers, rows - 1, loops), and of pile loops, (layers - 1, rows, loops)."""
+        return volumetric_clasps(self, line, rows=counts.rows, loops=counts.loops, layers=counts.layers)
+
+    def check_held(self, counts: Counts) -> None:
+        """Refuse rows or layers that do not hold each other."""
+        for count, loop, joined in ((counts.rows, self.wale_loop, "rows"), (counts.layers, self.pile_loop, "layers")):
+            if count > 1 and stitch_clasp(loop) == 0:
+                allowed = f"spacings, heights and a depth with which loops hold the next of the {joined}"
+                raise GeometryError("specimen.knit", f"{joined} that do not hold each other", allowed)
+
+    def clearance(self, line: Centreline, counts: Counts, *, loop_width: float) -> float:
+        """Return the least distance between surfaces of strands; the whole yarn is searched [loop widths]."""
+        approach = check_volumetric_clearance(self, line, middle=self.middle(counts), loop_width=loop_width)
+        return approach.distance - 2.0 * self.fibre_radius
+
+    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+        """Return the arc-length budgets of wale and pile loops, as planar ones."""
+        return {"W": planar_budget(self.wale_loop, fibre_radius), "P": planar_budget(self.pile_loop, fibre_radius)}
+
+    def plate_room(self, counts: Counts) -> PlateRoom | None:
+        """Return the room of plates around pile loops.
+
+        They reach a fibre radius past the spots where hooks would hold these: ``r + (H_p/2)(1 - cos 0.35)``.
+        """
+        return PlateRoom(
+            height=(counts.layers - 1) * self.layer_spacing + self.pile_height,
+            reach=self.fibre_radius + 0.5 * self.pile_height * (1.0 - math.cos(HOOK_ANGLE)),
         )
 
 

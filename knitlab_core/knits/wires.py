@@ -14,17 +14,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from knitlab_core.errors import GeometryError, SpecificationError
-from knitlab_core.knits.arclength import arc_table, yarn_per_loop
 from knitlab_core.knits.crossing import crossing_number
-from knitlab_core.knits.stitch import Stitch
-from knitlab_core.knits.stockinette import HOOK_ANGLE, knit_middle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.centreline import SiteSet
     from knitlab_core.knits.specimen import Specimen
-    from knitlab_core.knits.stitch import FloatArray
 
 GAP: Final = 0.05
 """Room between the surfaces of wire and yarn as mounted [contact radii]: a little more than where they feel it."""
@@ -98,14 +95,11 @@ def wires_through(specimen: Specimen, edge: SiteSet) -> tuple[LoopWires, ...]:
 
 def _loops(specimen: Specimen, edge: SiteSet) -> list[dict[int, tuple[float, float]]]:
     """Return for each loop of an edge its hooks, and for each of these the apex [loop widths] and the hook's side."""
-    line, stitch = specimen.centreline, _planar(specimen)
-    quarter = 0.25 * yarn_per_loop(stitch)
-    # How far from its sites the apex of a loop is; those of a course edge are where rows end.
-    course = edge.startswith("course")
-    far = (
-        0.25 * np.pi * stitch.row_spacing if course else float(arc_table(stitch).arc_length(np.array([HOOK_ANGLE]))[0])
-    )
-    along = 1 if course else 0
+    line, distances = specimen.centreline, specimen.fabric.apex_distances
+    if edge not in distances:
+        raise SpecificationError("hook", f"wire in {_kind(specimen)}", "pin: wires hold the loops of planar knits")
+    far, quarter = distances[edge], 0.25 * specimen.fabric.loop_length(specimen.counts)
+    along = 1 if edge.startswith("course") else 0
     loops: list[dict[int, tuple[float, float]]] = []
     for hook, site in enumerate(one for one in line.sites if one.set == edge):
         if not quarter < site.arc_length < line.length - quarter:
@@ -134,7 +128,7 @@ def _clear(specimen: Specimen, yarn: FloatArray, middle: FloatArray, outwards: F
 def _check(specimen: Specimen, apex: float, yarn: FloatArray, middle: FloatArray, others: list[FloatArray]) -> None:
     """Refuse a wire that overlaps yarn or other wires of its edge, or that its loop does not go around."""
     line, radius = specimen.centreline, specimen.radius / specimen.loop_width
-    half, quarter = HALF_LENGTH * radius, 0.25 * yarn_per_loop(_planar(specimen))
+    half, quarter = HALF_LENGTH * radius, 0.25 * specimen.fabric.loop_length(specimen.counts)
     place = line.place(apex)
     beside = yarn[np.abs(yarn[:, 2] - middle[2]) < half + 2.0 * radius]
     gaps = [float(np.linalg.norm(beside[:, :2] - middle[:2], axis=1).min(initial=np.inf)) - 2.0 * radius]
@@ -152,14 +146,14 @@ def _straight(specimen: Specimen, middle: FloatArray) -> FloatArray:
     """Return the nodes (n, 3) of a wire [m] with a middle [loop widths], as far apart as the yarn's."""
     edge = float(np.diff(specimen.arc_lengths).mean()) / specimen.radius
     count = 2 * round(HALF_LENGTH / edge) + 1
-    centred: FloatArray = middle - knit_middle(_planar(specimen), specimen.rows, specimen.loops)
+    centred: FloatArray = middle - specimen.fabric.middle(specimen.counts)
     nodes: FloatArray = np.tile(centred * specimen.loop_width, (count, 1))
     nodes[:, 2] += specimen.radius * HALF_LENGTH * np.linspace(-1.0, 1.0, count)
     return nodes
 
 
-def _planar(specimen: Specimen) -> Stitch:
-    """Return the stitch of a planar knit."""
-    if isinstance(specimen.stitch, Stitch):
-        return specimen.stitch
-    raise SpecificationError("hook", "wire in a volumetric knit", "pin: wires hold the loops of planar knits")
+def _kind(specimen: Specimen) -> str:
+    """Return what a fabric without loops for wires is."""
+    if specimen.fabric.straight:
+        return "a straight filament"
+    return "a volumetric knit" if "P" in specimen.fabric.axes else "a fabric whose loops are not known"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from knitlab_core.knits import Filament, plate_nodes
+from knitlab_core.knits import plate_nodes
 from rigs.axes import COORDINATE, SITES
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Side = Literal[-1, 1]
 
 CLAMPED: Final[Held] = (True, True, True, True)
-"""What a clamp holds of the end of a filament: hooks would let it swing."""
+"""What a clamp holds of the end of a straight strand: hooks would let it swing."""
 
 _SIDES: Final[tuple[Side, Side]] = (-1, 1)
 
@@ -96,7 +96,7 @@ def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
             axis=axis,
             side=side,
             nodes=nodes,
-            held=CLAMPED if isinstance(specimen.stitch, Filament) else drive.held,
+            held=CLAMPED if specimen.fabric.straight else drive.held,
             pole=pole,
             anchored=middle if drive.anchored and side < 0 else nobody,
             travel=drive.travel[number],

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from knitlab_core.knits import (
-    NAMED_STITCHES,
-    NAMED_VOLUMETRIC_STITCHES,
-    Filament,
-    Specimen,
-    Stitch,
-    VolumetricStitch,
-    Yarn,
-    filament_specimen,
-    planar_specimen,
-    plate_nodes,
-    volumetric_specimen,
-)
+from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, knit_specimen, plate_nodes
 from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
 from rigs.axes import COORDINATE, SITES
 from rigs.protocol.bounds import require, require_all
@@ -41,9 +30,6 @@ MESHES: Final[Mapping[MeshName, int]] = {"draft": 32, "default": 48, "fine": 96}
 RestShape: TypeAlias = Literal["as-printed", "straight"]
 Rupture: TypeAlias = Literal["off", "stop", "go on"]
 
-NAMED_KNITS: Final[Mapping[str, Stitch | VolumetricStitch]] = {**NAMED_STITCHES, **NAMED_VOLUMETRIC_STITCHES}
-"""Knits that have a name, planar and volumetric."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpecimenSpec:
@@ -51,9 +37,8 @@ class SpecimenSpec:
 
     Parameters
     ----------
-    knit : str, Stitch, VolumetricStitch or Filament
-        A named set of stitch values, or the values themselves [loop widths]; or no knit but a straight filament, whose
-        length is the loop width.
+    knit : str or Fabric
+        A fabric by its name, or the fabric itself [loop widths]; of a straight filament the loop width is the length.
     rows, loops : int
         Rows, and loops (of a volumetric knit: stitches of two loops) in a row [1].
     layers : int
@@ -78,7 +63,7 @@ class SpecimenSpec:
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     """
 
-    knit: str | Stitch | VolumetricStitch | Filament
+    knit: str | Fabric
     rows: int
     loops: int
     loop_width: float
@@ -97,14 +82,11 @@ class SpecimenSpec:
 
     def _require_knit(self) -> None:
         """Raise unless the knit is known, and has as many loops as such a knit can have."""
-        if isinstance(self.knit, str):
-            names = ", ".join(NAMED_KNITS)
-            require(self.knit in NAMED_KNITS, "knit", self.knit, f"one of {names}, or a mapping of stitch values")
+        fabric = self.fabric
         for name, count in (("rows", self.rows), ("loops", self.loops), ("layers", self.layers)):
             require(1 <= count <= 200, name, count, "a whole number from 1 to 200")
-        volumetric = isinstance(self.stitch, VolumetricStitch)
-        require(self.layers == 1 or volumetric, "layers", self.layers, "1: a planar knit has one layer")
-        if isinstance(self.stitch, Filament):
+        require(self.layers == 1 or "P" in fabric.axes, "layers", self.layers, "1: a planar knit has one layer")
+        if fabric.straight:
             require(self.rows == self.loops == 1, "loops", [self.rows, self.loops], "[1, 1]: a filament is no knit")
             plain = self.yarn is None and self.fused is None
             require(plain, "yarn", "a yarn of fibres, or fused points", "neither in a filament")
@@ -134,9 +116,9 @@ class SpecimenSpec:
         )
 
     @property
-    def stitch(self) -> Stitch | VolumetricStitch | Filament:
-        """Return the stitch, by name or by value."""
-        return NAMED_KNITS[self.knit] if isinstance(self.knit, str) else self.knit
+    def fabric(self) -> Fabric:
+        """Return the fabric, by name or by value."""
+        return fabric_named(self.knit) if isinstance(self.knit, str) else self.knit
 
     @property
     def substance(self) -> Material:
@@ -152,14 +134,7 @@ class SpecimenSpec:
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which the knit has faces with boundary sites."""
-        return axes_of_knit(self.stitch)
-
-
-def axes_of_knit(knit: Stitch | VolumetricStitch | Filament) -> tuple[Axis, ...]:
-    """Return the axes across which a knit has faces with boundary sites."""
-    if isinstance(knit, Filament):
-        return ("C",)
-    return ("C", "W") if isinstance(knit, Stitch) else ("C", "W", "P")
+        return self.fabric.axes
 
 
 def make_specimen(spec: SpecimenSpec) -> Specimen:
@@ -170,25 +145,27 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     GeometryError
         If it cannot exist: strands overlap, or rows or layers do not hold each other.
     """
-    size = spec.rows, spec.loops, spec.layers, spec.nodes_per_loop
+    counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    made = _made(spec.stitch, size, spec.loop_width, spec.yarn)
+    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
 
 
 @lru_cache(maxsize=1)
 def _made(
-    stitch: Stitch | Filament | VolumetricStitch, size: tuple[int, int, int, int], width: float, yarn: Yarn | None
+    fabric: Fabric, counts: tuple[int, int, int], nodes_per_loop: int, loop_width: float, yarn: Yarn | None
 ) -> Specimen:
-    """Make a specimen of so many rows, loops, layers and nodes per loop, with loops of a width [m]."""
-    rows, loops, layers, nodes = size
-    if isinstance(stitch, Stitch):
-        return planar_specimen(stitch, rows=rows, loops=loops, loop_width=width, nodes_per_loop=nodes, yarn=yarn)
-    if isinstance(stitch, Filament):
-        return filament_specimen(stitch, length=width, nodes=nodes)
-    return volumetric_specimen(
-        stitch, rows=rows, loops=loops, layers=layers, loop_width=width, nodes_per_loop=nodes, yarn=yarn
+    """Make a specimen of so many rows, loops and layers, with loops of a width [m]."""
+    rows, loops, layers = counts
+    return knit_specimen(
+        fabric,
+        rows=rows,
+        loops=loops,
+        layers=layers,
+        loop_width=loop_width,
+        nodes_per_loop=nodes_per_loop,
+        yarn=yarn,
     )
 
 
@@ -215,9 +192,9 @@ def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axi
 def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
     lengths = gauge_lengths(specimen, plated)
-    if isinstance(specimen.stitch, Filament):
-        # Its section is round: two sides of a square represent it.
-        side = specimen.stitch.side * specimen.loop_width
+    if specimen.fabric.straight:
+        # Its section is round: two sides of a square of the same area represent it.
+        side = math.sqrt(math.pi) * specimen.fabric.fibre_radius * specimen.loop_width
         return SpecimenSize(
             extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"
         )

@@ -7,7 +7,15 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from knitlab_core.knits import fabric_named, registry
+
+if TYPE_CHECKING:
+    import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "extending.md"
@@ -67,3 +75,16 @@ def test_a_step_takes_two_files_and_an_entry(tmp_path: Path) -> None:
         "Recover 2 there and back 0.0000",
     ]
     assert error.startswith("p.yaml:6:55: steps[0].repeat.steps[0].triangle.to.strain: found 9.0, allowed a strain")
+
+
+def test_a_stitch_registered_from_outside_is_knit_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_FABRICS", dict(registry._FABRICS))
+    section = PAGE.read_text(encoding="utf-8").partition("\n## A stitch\n")[2].partition("\n## ")[0]
+    (code,) = re.findall(r"^```python\n(.*?)^```", section, re.DOTALL | re.MULTILINE)
+    said = StringIO()
+    with redirect_stdout(said):
+        exec(compile(code, "extending.md", "exec"), {})  # noqa: S102 (our own page)
+    nodes, clearance = re.fullmatch(r"(\d+) nodes, clearance ([\d.]+) mm\n", said.getvalue()).groups()  # type: ignore[union-attr]
+    assert int(nodes) > 8 * 48
+    assert float(clearance) > 0.2
+    assert fabric_named("rib-wide").budgets(0.05) != fabric_named("rib-1x1").budgets(0.05)

@@ -5,20 +5,19 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.knits import (
     NAMED_STITCHES,
     Stitch,
     VolumetricStitch,
     clasp_numbers,
+    knit_specimen,
     locking_strain,
-    planar_specimen,
-    stockinette,
+    planar_line,
     volumetric,
-    volumetric_specimen,
     yarn_per_loop,
 )
 from knitlab_core.knits.arclength import tightest_bend
-from knitlab_core.knits.stitch import FloatArray
 from knitlab_core.knits.volumetric import volumetric_middle
 
 numbers = st.floats
@@ -45,7 +44,7 @@ counts = st.integers(1, 4)
 @settings(max_examples=40, deadline=None)
 @given(stitch=any_stitch, rows=counts, loops=counts)
 def test_the_yarn_is_c1(stitch: Stitch, rows: int, loops: int) -> None:
-    pieces = stockinette(stitch, rows=rows, loops=loops).pieces
+    pieces = planar_line(stitch, rows=rows, loops=loops).pieces
     for before, after in pairwise(pieces):
         end, start = np.array([before.length]), np.zeros(1)
         np.testing.assert_allclose(before.position(end), after.position(start), atol=1e-9)
@@ -55,7 +54,7 @@ def test_the_yarn_is_c1(stitch: Stitch, rows: int, loops: int) -> None:
 @settings(max_examples=40, deadline=None)
 @given(stitch=any_stitch, rows=counts, loops=counts)
 def test_arc_length_is_arc_length(stitch: Stitch, rows: int, loops: int) -> None:
-    yarn = stockinette(stitch, rows=rows, loops=loops)
+    yarn = planar_line(stitch, rows=rows, loops=loops)
     bend = max(tightest_bend(stitch)[0], 2.0 / stitch.row_spacing)
     step = 1e-3 / bend
     s = np.linspace(step, yarn.length - step, 301)
@@ -71,7 +70,7 @@ def test_arc_length_is_arc_length(stitch: Stitch, rows: int, loops: int) -> None
 @settings(max_examples=40, deadline=None)
 @given(stitch=any_stitch, loops=counts, fraction=numbers(0.01, 0.99))
 def test_curvature_is_the_tangent_s_derivative(stitch: Stitch, loops: int, fraction: float) -> None:
-    yarn = stockinette(stitch, rows=1, loops=loops)
+    yarn = planar_line(stitch, rows=1, loops=loops)
     bend = tightest_bend(stitch)[0]
     step = 1e-4 / bend
     s = np.array([fraction * yarn.length])
@@ -82,7 +81,7 @@ def test_curvature_is_the_tangent_s_derivative(stitch: Stitch, loops: int, fract
 @settings(max_examples=40, deadline=None)
 @given(stitch=any_stitch, rows=counts, loops=counts)
 def test_rows_are_one_row_lifted(stitch: Stitch, rows: int, loops: int) -> None:
-    yarn = stockinette(stitch, rows=rows, loops=loops)
+    yarn = planar_line(stitch, rows=rows, loops=loops)
     first = yarn.pieces[0]
     s = np.linspace(0.0, first.length, 57)
     for row in range(rows):
@@ -94,7 +93,7 @@ def test_rows_are_one_row_lifted(stitch: Stitch, rows: int, loops: int) -> None:
 @settings(max_examples=40, deadline=None)
 @given(stitch=any_stitch, rows=counts, loops=counts)
 def test_sites_mirror_about_the_knit_s_middle(stitch: Stitch, rows: int, loops: int) -> None:
-    yarn = stockinette(stitch, rows=rows, loops=loops)
+    yarn = planar_line(stitch, rows=rows, loops=loops)
     middle = np.array([0.5 * (loops - 1), 0.5 * (rows - 1) * stitch.row_spacing])
 
     def at(edge: str) -> FloatArray:
@@ -113,7 +112,7 @@ def test_sites_mirror_about_the_knit_s_middle(stitch: Stitch, rows: int, loops: 
 def test_meshes_have_every_site_and_edges_near_the_nominal(
     stitch: Stitch, rows: int, loops: int, nodes_per_loop: int
 ) -> None:
-    knit = planar_specimen(stitch, rows=rows, loops=loops, loop_width=1.0, nodes_per_loop=nodes_per_loop)
+    knit = knit_specimen(stitch, rows=rows, loops=loops, loop_width=1.0, nodes_per_loop=nodes_per_loop)
     on_yarn = {edge: [s.arc_length for s in knit.centreline.sites if s.set == edge] for edge in knit.sites}
     for edge, arcs in on_yarn.items():
         np.testing.assert_allclose(knit.arc_lengths[knit.sites[edge]], arcs, rtol=1e-12)
@@ -128,8 +127,8 @@ def test_meshes_have_every_site_and_edges_near_the_nominal(
 @settings(max_examples=15, deadline=None)
 @given(stitch=sound_stitch, power=st.integers(-20, 20))
 def test_the_loop_width_scales_everything_exactly(stitch: Stitch, power: int) -> None:
-    unit = planar_specimen(stitch, rows=2, loops=2, loop_width=1.0)
-    scaled = planar_specimen(stitch, rows=2, loops=2, loop_width=2.0**power)
+    unit = knit_specimen(stitch, rows=2, loops=2, loop_width=1.0)
+    scaled = knit_specimen(stitch, rows=2, loops=2, loop_width=2.0**power)
     assert np.array_equal(scaled.nodes, unit.nodes * 2.0**power)
     assert scaled.clearance == unit.clearance * 2.0**power
     assert scaled.radius == unit.radius * 2.0**power
@@ -149,7 +148,7 @@ def test_more_yarn_in_a_loop_locks_later_and_thicker_yarn_sooner(stitch: Stitch,
 @given(loops=st.integers(1, 5))
 def test_named_stitches_have_room_for_their_yarn(loops: int) -> None:
     for stitch in NAMED_STITCHES.values():
-        assert planar_specimen(stitch, rows=3, loops=loops, loop_width=8e-3).clearance > 0.0
+        assert knit_specimen(stitch, rows=3, loops=loops, loop_width=8e-3).clearance > 0.0
 
 
 sound_volumetric = st.builds(
@@ -169,7 +168,7 @@ sound_volumetric = st.builds(
 def test_volumetric_knits_are_one_c1_yarn_that_holds_everywhere(
     stitch: VolumetricStitch, rows: int, loops: int, layers: int
 ) -> None:
-    knit = volumetric_specimen(stitch, rows=rows, loops=loops, layers=layers, loop_width=1.0, nodes_per_loop=36)
+    knit = knit_specimen(stitch, rows=rows, loops=loops, layers=layers, loop_width=1.0, nodes_per_loop=36)
     for before, after in pairwise(knit.centreline.pieces):
         end, start = np.array([before.length]), np.zeros(1)
         np.testing.assert_allclose(before.position(end), after.position(start), atol=1e-9)

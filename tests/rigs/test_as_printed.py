@@ -10,8 +10,8 @@ import pytest
 
 from knitlab_core.equilibrium.march import march
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, same_area
-from knitlab_core.knits.clearance import check_clearance, check_volumetric_clearance
-from knitlab_core.knits.volumetric import volumetric, volumetric_middle
+from knitlab_core.knits.clearance import check_clearance
+from knitlab_core.knits.volumetric import check_volumetric_clearance, volumetric, volumetric_middle
 from rigs.machines.rig import pose, read
 from rigs.protocol.protocol import Hold
 from tests.synthetic_run import BOTH

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium.march import march
-from knitlab_core.knits.clasp import pile_clasps, wale_clasps
+from knitlab_core.knits.clasp import joined_clasps
 from rigs.machines.rig import pose, read
 from rigs.protocol.protocol import Hold
 
@@ -42,18 +42,19 @@ def pulled(mount_knit: Callable[..., Any], axis: Axis, size: int, strains: tuple
     return found
 
 
-LOOSE_END = {2: (wale_clasps, (1, 0, 0, 0)), 3: (pile_clasps, (1, 2, 2, 1))}
+LOOSE_END = {2: ("rows", (1, 0, 0, 0)), 3: ("layers", (1, 2, 2, 1))}
 """By size the clasp that the end of the yarn would leave: that of the loop knitted last. No hook holds the end."""
 
 
-def let_go(specimen: Specimen, nodes: FloatArray) -> set[tuple[object, tuple[int, ...]]]:
+def let_go(specimen: Specimen, nodes: FloatArray) -> set[tuple[str, tuple[int, ...]]]:
     """Return the clasps that are 0, and check that all others are those of the printed knit."""
-    found: set[tuple[object, tuple[int, ...]]] = set()
-    for count in (wale_clasps, pile_clasps):
-        printed, now = count(specimen, specimen.nodes), count(specimen, nodes)
+    found: set[tuple[str, tuple[int, ...]]] = set()
+    moved = joined_clasps(specimen, nodes)
+    for joined, printed in joined_clasps(specimen, specimen.nodes).items():
+        now = moved[joined]
         assert np.all(np.abs(printed) == 1)
         assert np.all((now == printed) | (now == 0))
-        found |= {(count, tuple(at)) for at in np.argwhere(now == 0).tolist()}
+        found |= {(joined, tuple(at)) for at in np.argwhere(now == 0).tolist()}
     return found
 
 
@@ -84,5 +85,5 @@ def test_layers_drawn_out_of_each_other_under_load_are_let_go(mount_knit: Callab
     above = specimen.arc_lengths > half
     for lift, held in ((0.0, 1), (2.0 * specimen.loop_width, 0)):
         moved = nodes + lift / specimen.radius * np.outer(above, [0.0, 0.0, 1.0])
-        assert np.all(np.abs(pile_clasps(specimen, moved)) == held)
-        assert np.all(np.abs(wale_clasps(specimen, moved)) == 1)
+        assert np.all(np.abs(joined_clasps(specimen, moved)["layers"]) == held)
+        assert np.all(np.abs(joined_clasps(specimen, moved)["rows"]) == 1)

@@ -64,7 +64,7 @@ def test_fibres_are_counted_with_their_size() -> None:
 def test_a_yarn_of_the_same_area_locks_where_its_single_fibre_does() -> None:
     single = describe(make_specimen(PLAIN.specimen)).locking_strain
     assert single is not None
-    radius = PLAIN.specimen.stitch.fibre_radius
+    radius = PLAIN.specimen.fabric.fibre_radius
     for yarn in (same_area(radius, 3), same_area(radius, 2, model="bundle")):
         found = describe(make_specimen(replace(PLAIN.specimen, yarn=yarn))).locking_strain
         assert found == pytest.approx(single)

@@ -13,7 +13,7 @@ from app.printing.fibres import Fibre, make_fibres, specimen_fibres
 from app.printing.gap import mesh_gap
 from app.printing.printers import printer_names, read_printer_data
 from knitlab_core.errors import FormatError, SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -156,7 +156,7 @@ def test_a_hook_that_comes_back_to_itself() -> None:
 
 @pytest.mark.parametrize(("name", "loop_width"), [("stockinette-default", 8e-3), ("paper-fit", 50e-6)])
 def test_the_gap_of_a_knits_mesh_is_the_centrelines(name: str, loop_width: float) -> None:
-    specimen = planar_specimen(NAMED_STITCHES[name], rows=3, loops=3, loop_width=loop_width)
+    specimen = knit_specimen(NAMED_STITCHES[name], rows=3, loops=3, loop_width=loop_width)
     error = 2e-3 * loop_width
     found = 1e-3 * mesh_gap(specimen_fibres(specimen, error))
     # Each mesh lies up to the chord error inside its tube or half of it outside; corners need not face each other.

@@ -14,7 +14,7 @@ from app.printing.files import write_surface
 from app.printing.sheets import raster, window, write_layer, write_sheet
 from app.printing.slices import Slicer, sliced_volume
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def knit() -> tuple[Fibre, ...]:
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
     return specimen_fibres(specimen, 10e-6)
 
 
@@ -58,7 +58,7 @@ def test_stl_reads_back_as_the_same_body(knit: tuple[Fibre, ...], tmp_path: Path
 
 
 def test_a_microscopic_stl_is_still_closed(tmp_path: Path) -> None:
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=50e-6)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=50e-6)
     fibres = specimen_fibres(specimen, 0.1e-6)
     read = trimesh.load_mesh(write_surface(fibres, tmp_path / "knit.stl", "stl"))
     assert isinstance(read, trimesh.Trimesh)

@@ -15,7 +15,7 @@ from app.printing.fibres import MOST_TRIANGLES, make_fibres, ring_arcs, specimen
 from app.printing.gap import mesh_gap
 from app.printing.surface import bend_radii, frames, sides_for, tangents, tube_mesh
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, Specimen, closest_approach, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, Specimen, closest_approach, knit_specimen
 
 if TYPE_CHECKING:
     from rigs.axes import FloatArray
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @cache
 def knit(loop_width: float = 8e-3) -> Specimen:
-    return planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=loop_width)
+    return knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=loop_width)
 
 
 def helix(turns: float, radius: float, rise: float, count: int) -> FloatArray:

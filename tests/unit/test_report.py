@@ -22,7 +22,7 @@ from app.views.renders import (
 )
 from app.views.tubes import fit_window, smooth_curve, tube
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 from rigs.analysis.material_limits import MaterialLimit
 from tests.synthetic_run import PROTOCOL, SIZE, frame, knit_nodes, make_run, rows
 
@@ -277,7 +277,7 @@ def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> 
     image = imread(knit_frames(run, tmp_path / "knit.png"))
     assert image.shape[1] > 2.5 * image.shape[0]
     assert image.std() > 0.05
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
     assert imread(specimen_picture(specimen, tmp_path / "s.png")).std() > 0.05
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
 from rigs.control.planner import Planner
 from rigs.protocol.protocol import (
@@ -52,7 +52,7 @@ def protocol(
 def test_hooks_are_as_far_apart_as_the_sites_of_the_printed_yarn() -> None:
     stitch = NAMED_STITCHES["stockinette-default"]
     coarse, fine = (
-        gauge_lengths(planar_specimen(stitch, rows=2, loops=3, loop_width=8e-3, nodes_per_loop=nodes))
+        gauge_lengths(knit_specimen(stitch, rows=2, loops=3, loop_width=8e-3, nodes_per_loop=nodes))
         for nodes in (12, 48)
     )
     assert coarse == pytest.approx(fine, rel=1e-12)

@@ -11,12 +11,12 @@ from scipy.interpolate import CubicSpline
 from knitlab_core.equilibrium.dry_relaxation import STEPS, knit_in
 from knitlab_core.equilibrium.model import SAMPLE_SPACING, Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_STITCHES, Specimen, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, Specimen, knit_specimen
 from knitlab_core.materials import material_named
 from tests.validation.knit import EDGES, FloatArray
 
 if TYPE_CHECKING:
-    from knitlab_core.knits.stitch import IntArray
+    from knitlab_core.arrays import IndexArray as IntArray
 
 Hooks = Literal["slide", "stay"]
 
@@ -49,7 +49,7 @@ def lay(
     sample_spacing: float = SAMPLE_SPACING,
 ) -> Laid:
     """Lay size x size loops of cotton on hooks that slide along their poles, or stay where they are."""
-    specimen = planar_specimen(
+    specimen = knit_specimen(
         NAMED_STITCHES[stitch], rows=size, loops=size, loop_width=8e-3, nodes_per_loop=nodes_per_loop
     )
     model, state = make_model(

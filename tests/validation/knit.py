@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, knit_specimen
 from rigs.protocol.specimen import gauge_lengths
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def make_knit(
 ) -> Knit:
     """Make size x size loops of the default stockinette with pins on its edges."""
     stitch = NAMED_STITCHES["stockinette-default"]
-    specimen = planar_specimen(stitch, rows=size, loops=size, loop_width=loop_width, nodes_per_loop=nodes_per_loop)
+    specimen = knit_specimen(stitch, rows=size, loops=size, loop_width=loop_width, nodes_per_loop=nodes_per_loop)
     model, start = make_model(
         [specimen.nodes],
         radius=specimen.radius,

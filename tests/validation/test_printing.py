@@ -11,7 +11,7 @@ from app.printing.fibres import Fibre, specimen_fibres
 from app.printing.gap import mesh_gap
 from app.printing.printers import read_printer_data
 from app.printing.slices import Slicer, sliced_volume
-from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Specimen, planar_specimen, volumetric_specimen
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Specimen, knit_specimen
 from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import same_area
 
@@ -23,7 +23,7 @@ ERROR = 9.375e-6
 
 @pytest.fixture(scope="module")
 def specimen() -> Specimen:
-    return planar_specimen(NAMED_STITCHES["stockinette-default"], rows=6, loops=6, loop_width=8e-3)
+    return knit_specimen(NAMED_STITCHES["stockinette-default"], rows=6, loops=6, loop_width=8e-3)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_every_check_of_the_6x6_is_met(specimen: Specimen, fibre: Fibre) -> None
 def test_a_yarn_of_three_fibres(bar: Callable[..., None]) -> None:
     yarn = replace(same_area(0.05, 3, gap=0.8), twist=6.0)
     stitch = NAMED_STITCHES["stockinette-default"]
-    specimen = planar_specimen(stitch, rows=2, loops=2, loop_width=8e-3, yarn=yarn)
+    specimen = knit_specimen(stitch, rows=2, loops=2, loop_width=8e-3, yarn=yarn)
     fibres = specimen_fibres(specimen, ERROR)
     assert len(fibres) == 3
     assert [check.name for check in surface_checks(fibres, 1e3 * ERROR) if not check.met] == []
@@ -76,7 +76,7 @@ def test_a_yarn_of_three_fibres(bar: Callable[..., None]) -> None:
 @pytest.mark.slow
 def test_the_6x6x6_is_printable(bar: Callable[..., None]) -> None:
     stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
-    specimen = volumetric_specimen(stitch, rows=6, loops=6, layers=6, loop_width=8e-3)
+    specimen = knit_specimen(stitch, rows=6, loops=6, layers=6, loop_width=8e-3)
     fibres = specimen_fibres(specimen, ERROR)
     checks = surface_checks(fibres, 1e3 * ERROR)
     checks += printer_checks(fibres, read_printer_data("j35"), 1e3 * specimen.clearance)

@@ -10,7 +10,7 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, volumetric_specimen
+from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, knit_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +29,7 @@ def _stress(
 ) -> NDArray[np.float64]:
     """Return stress over E at every step on the way to a strain, of 2x2x2 stitches."""
     stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
-    specimen = volumetric_specimen(stitch, rows=2, loops=2, layers=2, loop_width=loop_width, nodes_per_loop=32)
+    specimen = knit_specimen(stitch, rows=2, loops=2, layers=2, loop_width=loop_width, nodes_per_loop=32)
     model, state = make_model(
         [specimen.nodes],
         radius=specimen.radius,

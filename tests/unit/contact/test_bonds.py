@@ -8,7 +8,7 @@ from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.contact.bonds import Bonds
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, planar_specimen
+from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 from tests.contact_scenes import POISSON_RATIO, straight
 
 if TYPE_CHECKING:
@@ -112,12 +112,12 @@ def test_a_knit_has_a_bond_for_every_crossing(gap: float) -> None:
     stitch = NAMED_STITCHES["stockinette-default"]
     count: dict[tuple[int, int], int] = {}
     for rows, loops in ((2, 2), (2, 3), (3, 2), (3, 3), (6, 6)):
-        specimen = planar_specimen(stitch, rows=rows, loops=loops, loop_width=8e-3, nodes_per_loop=48)
+        specimen = knit_specimen(stitch, rows=rows, loops=loops, loop_width=8e-3, nodes_per_loop=48)
         nodes = specimen.nodes / specimen.radius
         found = bonds_of([nodes], gap)
         if rows < 6:
             # Nodes of the printed yarn, four times as dense: what the bonds' samples do not know of.
-            fine = planar_specimen(stitch, rows=rows, loops=loops, loop_width=8e-3, nodes_per_loop=251)
+            fine = knit_specimen(stitch, rows=rows, loops=loops, loop_width=8e-3, nodes_per_loop=251)
             count[rows, loops] = closest_points(fine.nodes / fine.radius, gap)
             assert found.a.size == count[rows, loops]
     # Crossings are so many a loop, a row, a column and an edge: what small knits have tells the large one's.

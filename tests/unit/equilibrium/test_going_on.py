@@ -15,7 +15,7 @@ from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.rupture import break_fibre, sever, weakest
 from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, volumetric_specimen
+from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, knit_specimen
 from knitlab_core.rods.relaxation import Relaxation
 from tests.validation.knit import POISSON_RATIO, YOUNG_MODULUS, make_knit
 
@@ -71,7 +71,7 @@ def broken() -> Scene:
 
 def volumetric() -> Scene:
     stitch = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
-    knit = volumetric_specimen(stitch, rows=2, loops=2, layers=2, loop_width=8e-3, nodes_per_loop=NODES)
+    knit = knit_specimen(stitch, rows=2, loops=2, layers=2, loop_width=8e-3, nodes_per_loop=NODES)
     model, state = make_model(
         knit.strands, radius=knit.radius, young_modulus=YOUNG_MODULUS, poisson_ratio=POISSON_RATIO, friction=0.3
     )

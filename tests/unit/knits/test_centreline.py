@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, Site, stockinette, yarn_per_loop
+from knitlab_core.knits import NAMED_STITCHES, Site, planar_line, yarn_per_loop
 from knitlab_core.knits.pieces import Row, Turn
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 ROWS, LOOPS = 4, 3
-KNIT = stockinette(DEFAULT, rows=ROWS, loops=LOOPS)
+KNIT = planar_line(DEFAULT, rows=ROWS, loops=LOOPS)
 
 
 def equation_one(t: np.ndarray, row: int) -> np.ndarray:
@@ -91,5 +91,5 @@ def test_a_spot_off_the_yarn_is_refused(s: float) -> None:
 @pytest.mark.parametrize("field", ["rows", "loops"])
 def test_counts_are_bounded_whole_numbers(field: str, count: int) -> None:
     with pytest.raises(SpecificationError) as caught:
-        stockinette(DEFAULT, **{"rows": 2, "loops": 2, field: count})
+        planar_line(DEFAULT, **{"rows": 2, "loops": 2, field: count})
     assert caught.value.field == f"specimen.{field}"

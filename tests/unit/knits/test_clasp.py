@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import NAMED_STITCHES, Specimen, clasp_numbers, linking_number, planar_specimen
-from knitlab_core.knits.clasp import stitch_clasp
+from knitlab_core.knits import NAMED_STITCHES, Specimen, clasp_numbers, knit_specimen, linking_number
+from knitlab_core.knits.planar import stitch_clasp
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 
@@ -37,7 +37,7 @@ def test_reversing_one_curve_changes_the_sign() -> None:
 
 
 def specimen(name: str = "stockinette-default", rows: int = 3, loops: int = 2) -> Specimen:
-    return planar_specimen(NAMED_STITCHES[name], rows=rows, loops=loops, loop_width=1.0)
+    return knit_specimen(NAMED_STITCHES[name], rows=rows, loops=loops, loop_width=1.0)
 
 
 def row_nodes(knit: Specimen, row: int) -> slice:
@@ -93,7 +93,7 @@ def test_rows_farther_apart_than_two_heights_do_not_hold_each_other_and_are_refu
     loose = replace(DEFAULT, row_spacing=2.0 * beyond * DEFAULT.height)
     assert stitch_clasp(loose) == 0
     with pytest.raises(GeometryError, match="do not hold"):
-        planar_specimen(loose, rows=2, loops=2, loop_width=1.0)
+        knit_specimen(loose, rows=2, loops=2, loop_width=1.0)
 
 
 def test_a_row_pulled_away_in_the_plane_is_let_go() -> None:

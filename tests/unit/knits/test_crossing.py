@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knitlab_core.knits import Stitch, linking_number
-from knitlab_core.knits.clasp import stitch_clasp
 from knitlab_core.knits.crossing import crossing_number
 from knitlab_core.knits.pieces import Row
+from knitlab_core.knits.planar import stitch_clasp
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from knitlab_core.knits import NAMED_STITCHES, Centreline, stockinette, yarn_per_loop
+from knitlab_core.knits import NAMED_STITCHES, Centreline, planar_line, yarn_per_loop
 from knitlab_core.knits.directors import directors
 from tests.curves import Helix, Straight, double_bend, yarn_of
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 YARNS = {
-    "knit": stockinette(DEFAULT, rows=2, loops=1),
-    "paper-fit": stockinette(NAMED_STITCHES["paper-fit"], rows=2, loops=1),
+    "knit": planar_line(DEFAULT, rows=2, loops=1),
+    "paper-fit": planar_line(NAMED_STITCHES["paper-fit"], rows=2, loops=1),
     "S": double_bend(0.3),
     "straight": yarn_of(Straight(length=2.0)),
     "helix": yarn_of(Helix(radius=0.3, rise=0.1, length=5.0)),
@@ -74,7 +74,7 @@ def test_on_a_helix_frenet_s_frame_turns_against_it_by_the_torsion() -> None:
 
 @pytest.mark.parametrize("name", NAMED_STITCHES)
 def test_a_loop_brings_the_directors_back(name: str) -> None:
-    yarn = stockinette(NAMED_STITCHES[name], rows=1, loops=2)
+    yarn = planar_line(NAMED_STITCHES[name], rows=1, loops=2)
     feet = yarn_per_loop(NAMED_STITCHES[name]) * np.arange(3.0)
     e2, _ = directors(yarn, feet)
     np.testing.assert_allclose(e2, np.tile([0.0, 0.0, 1.0], (3, 1)), atol=1e-9)

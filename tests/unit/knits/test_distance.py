@@ -11,9 +11,9 @@ from knitlab_core.knits import (
     Stitch,
     check_clearance,
     closest_approach,
+    knit_specimen,
     neighbour_gap,
-    planar_specimen,
-    stockinette,
+    planar_line,
 )
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
@@ -22,7 +22,7 @@ LOOP_WIDTH = 8e-3
 
 def least_of_samples(stitch: Stitch, rows: int, loops: int, spacing: float) -> float:
     """Search all pairs of dense samples with a loop's third of yarn between them."""
-    yarn = stockinette(stitch, rows=rows, loops=loops)
+    yarn = planar_line(stitch, rows=rows, loops=loops)
     s = np.linspace(0.0, yarn.length, round(yarn.length / spacing))
     points = yarn.position(s)
     pairs = cKDTree(points).query_pairs(0.3, output_type="ndarray")
@@ -55,7 +55,7 @@ def test_where_neighbours_of_a_row_are_closest_the_gap_has_a_formula(name: str) 
 
 
 def test_the_closest_pair_is_perpendicular_to_the_yarn() -> None:
-    yarn = stockinette(DEFAULT, rows=4, loops=3)
+    yarn = planar_line(DEFAULT, rows=4, loops=3)
     pair = check_clearance(DEFAULT, rows=4, loops=3, loop_width=LOOP_WIDTH)
     spots = np.array([pair.first, pair.second])
     chord = np.diff(yarn.position(spots), axis=0)[0]
@@ -66,13 +66,13 @@ def test_the_closest_pair_is_perpendicular_to_the_yarn() -> None:
 @pytest.mark.parametrize("rows", [5, 9, 40])
 def test_more_rows_do_not_change_the_least_distance(rows: int) -> None:
     few = check_clearance(DEFAULT, rows=4, loops=2, loop_width=LOOP_WIDTH)
-    whole = stockinette(DEFAULT, rows=rows, loops=2)
+    whole = planar_line(DEFAULT, rows=rows, loops=2)
     assert closest_approach(whole, largest_curvature=3.2).distance == pytest.approx(few.distance, abs=1e-12)
 
 
 def test_a_yarn_thicker_than_the_gap_is_refused_and_both_places_are_named() -> None:
     with pytest.raises(GeometryError) as caught:
-        planar_specimen(replace(DEFAULT, fibre_radius=0.12), rows=6, loops=6, loop_width=LOOP_WIDTH)
+        knit_specimen(replace(DEFAULT, fibre_radius=0.12), rows=6, loops=6, loop_width=LOOP_WIDTH)
     line = str(caught.value)
     assert line.count("arc length") == 2
     assert "row 0, loop 0" in line
@@ -85,7 +85,7 @@ def test_a_yarn_thicker_than_the_gap_is_refused_and_both_places_are_named() -> N
 
 
 def test_the_places_named_are_where_the_strands_are() -> None:
-    specimen = planar_specimen(DEFAULT, rows=3, loops=2, loop_width=LOOP_WIDTH)
+    specimen = knit_specimen(DEFAULT, rows=3, loops=2, loop_width=LOOP_WIDTH)
     pair = check_clearance(DEFAULT, rows=3, loops=2, loop_width=LOOP_WIDTH)
     nearest = [np.abs(specimen.arc_lengths / LOOP_WIDTH - s).argmin() for s in (pair.first, pair.second)]
     apart = np.linalg.norm(np.diff(specimen.nodes[nearest], axis=0)) / LOOP_WIDTH
@@ -117,11 +117,11 @@ def test_a_bend_tighter_than_the_yarn_is_refused() -> None:
 
 
 def test_a_yarn_shorter_than_half_a_turn_of_its_bend_meets_nothing() -> None:
-    yarn = stockinette(DEFAULT, rows=1, loops=1)
+    yarn = planar_line(DEFAULT, rows=1, loops=1)
     assert closest_approach(yarn, largest_curvature=0.5).distance == np.inf
 
 
 def test_a_search_too_large_for_memory_is_refused_before_it_starts() -> None:
-    yarn = stockinette(DEFAULT, rows=2, loops=200)
+    yarn = planar_line(DEFAULT, rows=2, loops=200)
     with pytest.raises(SpecificationError, match="samples"):
         closest_approach(yarn, largest_curvature=1e4)

@@ -6,13 +6,13 @@ import pytest
 from scipy.spatial import cKDTree
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import NAMED_STITCHES, check_clearance, stockinette
+from knitlab_core.knits import NAMED_STITCHES, check_clearance, planar_line
 from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
 from tests.curves import Straight, double_bend, yarn_of
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
-KNIT = stockinette(DEFAULT, rows=2, loops=1)
+KNIT = planar_line(DEFAULT, rows=2, loops=1)
 LOOP_WIDTH = 8e-3
 # Their gap closes by 0.05 of a radius on the inside of a straight yarn, and by more where it bends.
 WOUND = replace(same_area(0.05, 4), twist=9.0)

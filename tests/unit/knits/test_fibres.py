@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import GeometryError, SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, stockinette
+from knitlab_core.knits import NAMED_STITCHES, planar_line
 from knitlab_core.knits.fibres import (
     LARGEST_TURN,
     PRINTED_GAP,
@@ -17,7 +17,7 @@ from knitlab_core.knits.fibres import (
 )
 from tests.curves import Straight, yarn_of
 
-KNIT = stockinette(NAMED_STITCHES["stockinette-default"], rows=2, loops=2)
+KNIT = planar_line(NAMED_STITCHES["stockinette-default"], rows=2, loops=2)
 THREE = Yarn(fibres=3, fibre_radius=0.03, winding_radius=0.04, twist=3.0)
 
 

@@ -5,15 +5,14 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import (
     NAMED_STITCHES,
     NAMED_VOLUMETRIC_STITCHES,
-    planar_specimen,
+    knit_specimen,
     plate_nodes,
-    volumetric_specimen,
 )
 from tests.volumetric_knit import places
 
 L = 50e-6
 DEFAULT = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
-KNIT = volumetric_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L)
+KNIT = knit_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L)
 HEIGHT = L * (2 * 1.25 + 1.6)
 
 
@@ -56,7 +55,7 @@ def test_deeper_plates_hold_more_and_stand_nearer() -> None:
 
 
 def test_the_mesh_does_not_move_the_plates() -> None:
-    fine = volumetric_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L, nodes_per_loop=96)
+    fine = knit_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L, nodes_per_loop=96)
     assert plate_nodes(fine).gap == plate_nodes(KNIT).gap
     for coarse_nodes, fine_nodes in zip(plate_nodes(KNIT)[:2], plate_nodes(fine)[:2], strict=True):
         # A run of nodes may end up to an edge sooner on either mesh.
@@ -71,6 +70,6 @@ def test_a_depth_that_leaves_no_knit_between_is_refused(depth: float) -> None:
 
 
 def test_a_planar_knit_has_no_plates() -> None:
-    planar = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=L)
+    planar = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=L)
     with pytest.raises(SpecificationError, match="volumetric"):
         plate_nodes(planar)

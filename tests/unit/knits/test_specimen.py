@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, check_clearance, planar_specimen, yarn_per_loop
+from knitlab_core.knits import NAMED_STITCHES, check_clearance, knit_specimen, yarn_per_loop
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
-KNIT = planar_specimen(DEFAULT, rows=6, loops=6, loop_width=8e-3)
+KNIT = knit_specimen(DEFAULT, rows=6, loops=6, loop_width=8e-3)
 
 
 def test_the_demo_specimen_has_the_design_s_sizes() -> None:
@@ -44,7 +44,7 @@ def test_sites_run_along_their_edge_and_lie_opposite_each_other() -> None:
 
 @pytest.mark.parametrize("nodes_per_loop", [8, 24, 48, 96])
 def test_edges_are_equal_between_sites_and_nearest_to_the_nominal_length(nodes_per_loop: int) -> None:
-    knit = planar_specimen(DEFAULT, rows=2, loops=3, loop_width=1.0, nodes_per_loop=nodes_per_loop)
+    knit = knit_specimen(DEFAULT, rows=2, loops=3, loop_width=1.0, nodes_per_loop=nodes_per_loop)
     nominal = yarn_per_loop(DEFAULT) / nodes_per_loop
     edges, at_sites = np.diff(knit.arc_lengths), np.sort(np.concatenate(list(knit.sites.values())))
     for first, last in pairwise(at_sites):
@@ -95,15 +95,15 @@ def test_a_row_of_loops_repeats_node_by_node_inside_the_knit() -> None:
 )
 def test_bad_sizes_are_refused_by_name(field: str, value: float) -> None:
     with pytest.raises(SpecificationError) as caught:
-        planar_specimen(DEFAULT, **{"rows": 2, "loops": 2, "loop_width": 8e-3, field: value})  # type: ignore[arg-type]
+        knit_specimen(DEFAULT, **{"rows": 2, "loops": 2, "loop_width": 8e-3, field: value})  # type: ignore[arg-type]
     assert caught.value.field == f"specimen.{field}"
 
 
 def test_a_mesh_too_large_is_refused_before_it_is_made() -> None:
     with pytest.raises(SpecificationError, match="at most 2000000 nodes"):
-        planar_specimen(DEFAULT, rows=200, loops=200, loop_width=8e-3, nodes_per_loop=60)
+        knit_specimen(DEFAULT, rows=200, loops=200, loop_width=8e-3, nodes_per_loop=60)
 
 
 def test_a_flatter_stitch_needs_less_yarn() -> None:
-    flat = planar_specimen(replace(DEFAULT, depth=0.2), rows=2, loops=2, loop_width=8e-3)
-    assert flat.yarn_length < planar_specimen(DEFAULT, rows=2, loops=2, loop_width=8e-3).yarn_length
+    flat = knit_specimen(replace(DEFAULT, depth=0.2), rows=2, loops=2, loop_width=8e-3)
+    assert flat.yarn_length < knit_specimen(DEFAULT, rows=2, loops=2, loop_width=8e-3).yarn_length

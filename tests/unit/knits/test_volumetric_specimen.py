@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from knitlab_core.errors import GeometryError, SpecificationError
-from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, Specimen, VolumetricStitch, volumetric_specimen, yarn_per_loop
-from knitlab_core.knits.clasp import clasp_numbers, pile_clasps, stitch_clasp, wale_clasps
+from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, Specimen, VolumetricStitch, knit_specimen, yarn_per_loop
+from knitlab_core.knits.clasp import clasp_numbers, joined_clasps
+from knitlab_core.knits.planar import stitch_clasp
 from tests.volumetric_knit import Places, places
 
 DEFAULT = NAMED_VOLUMETRIC_STITCHES["volumetric-default"]
@@ -17,7 +18,7 @@ L = 8e-3
 
 @cache
 def knit(rows: int = 3, loops: int = 2, layers: int = 3) -> Specimen:
-    return volumetric_specimen(DEFAULT, rows=rows, loops=loops, layers=layers, loop_width=L)
+    return knit_specimen(DEFAULT, rows=rows, loops=loops, layers=layers, loop_width=L)
 
 
 @cache
@@ -79,12 +80,12 @@ def test_the_nodes_are_one_chain_without_a_float() -> None:
 @pytest.mark.parametrize("size", [(4, 4, 2), pytest.param((6, 6, 6), marks=pytest.mark.slow)], ids=str)
 def test_the_paper_s_sizes_are_clear_of_themselves_and_hold_at_every_interlooping(size: tuple[int, int, int]) -> None:
     rows, loops, layers = size
-    specimen = volumetric_specimen(DEFAULT, rows=rows, loops=loops, layers=layers, loop_width=L)
+    specimen = knit_specimen(DEFAULT, rows=rows, loops=loops, layers=layers, loop_width=L)
     between_centrelines = (specimen.clearance + 2.0 * specimen.radius) / L
     # The design's .148 is that of a polygon on the yarn; the curve's own is .0027 more.
     assert between_centrelines == pytest.approx(0.148, abs=3e-3)
     assert between_centrelines == pytest.approx(least_of_samples(specimen), abs=5e-4)
-    wale, pile = wale_clasps(specimen, specimen.nodes), pile_clasps(specimen, specimen.nodes)
+    wale, pile = joined_clasps(specimen, specimen.nodes)["rows"], joined_clasps(specimen, specimen.nodes)["layers"]
     assert wale.shape == (layers, rows - 1, loops, 2)
     assert pile.shape == (layers - 1, rows, loops, 2)
     assert np.all(np.abs(wale) == 1)
@@ -108,7 +109,7 @@ def least_of_samples(specimen: Specimen) -> float:
 
 def held(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return whether wale heads (layers, rows - 1) and pile heads (layers - 1, rows) are held, all or none of a row."""
-    both = [np.abs(count(knit(), nodes)) for count in (wale_clasps, pile_clasps)]
+    both = [np.abs(numbers) for numbers in joined_clasps(knit(), nodes).values()]
     for numbers in both:
         assert np.all(numbers.min(axis=(2, 3)) == numbers.max(axis=(2, 3)))
     return both[0].min(axis=(2, 3)), both[1].min(axis=(2, 3))
@@ -170,10 +171,10 @@ def test_rows_pulled_past_the_wale_heads_are_let_go() -> None:
 
 def test_a_single_layer_has_no_pile_clasps_and_a_single_row_no_wale_clasps() -> None:
     flat, tower = knit(2, 2, 1), knit(1, 2, 3)
-    assert pile_clasps(flat, flat.nodes).shape == (0, 2, 2, 2)
-    assert np.all(np.abs(wale_clasps(flat, flat.nodes)) == 1)
-    assert wale_clasps(tower, tower.nodes).shape == (3, 0, 2, 2)
-    assert np.all(np.abs(pile_clasps(tower, tower.nodes)) == 1)
+    assert joined_clasps(flat, flat.nodes)["layers"].shape == (0, 2, 2, 2)
+    assert np.all(np.abs(joined_clasps(flat, flat.nodes)["rows"]) == 1)
+    assert joined_clasps(tower, tower.nodes)["rows"].shape == (3, 0, 2, 2)
+    assert np.all(np.abs(joined_clasps(tower, tower.nodes)["layers"]) == 1)
 
 
 def test_free_heads_and_feet_are_those_that_no_other_loop_holds() -> None:
@@ -189,7 +190,7 @@ def test_free_heads_and_feet_are_those_that_no_other_loop_holds() -> None:
 
 
 def build(stitch: VolumetricStitch) -> Specimen:
-    return volumetric_specimen(stitch, rows=2, loops=1, layers=2, loop_width=L)
+    return knit_specimen(stitch, rows=2, loops=1, layers=2, loop_width=L)
 
 
 def test_a_yarn_thicker_than_the_gap_is_refused_and_both_places_are_named() -> None:
@@ -223,12 +224,12 @@ def test_a_bend_tighter_than_the_yarn_is_refused() -> None:
 def test_bad_sizes_are_refused_by_name(field: str, value: float) -> None:
     sizes = {"rows": 2, "loops": 1, "layers": 2, "loop_width": L, field: value}
     with pytest.raises(SpecificationError) as caught:
-        volumetric_specimen(DEFAULT, **sizes)  # type: ignore[arg-type]
+        knit_specimen(DEFAULT, **sizes)  # type: ignore[arg-type]
     assert caught.value.field == f"specimen.{field}"
 
 
 def test_scale_changes_nothing_but_the_size() -> None:
-    small = volumetric_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L / 128.0)
+    small = knit_specimen(DEFAULT, rows=3, loops=2, layers=3, loop_width=L / 128.0)
     assert np.array_equal(small.nodes * 128.0, knit().nodes)
     assert small.radius * 128.0 == knit().radius
     assert all(np.array_equal(small.sites[face], knit().sites[face]) for face in small.sites)

@@ -10,8 +10,7 @@ from knitlab_core.knits import (
     NAMED_STITCHES,
     NAMED_VOLUMETRIC_STITCHES,
     Yarn,
-    planar_specimen,
-    volumetric_specimen,
+    knit_specimen,
     wires_through,
 )
 from knitlab_core.knits.crossing import crossing_number
@@ -21,7 +20,7 @@ from knitlab_core.knits.wires import GAP, HALF_LENGTH, OUTWARDS
 @pytest.mark.parametrize("name", sorted(NAMED_STITCHES))
 @pytest.mark.parametrize("size", [1, 2, 3])
 def test_wires_are_clear_of_the_yarn_and_of_each_other(name: str, size: int) -> None:
-    specimen = planar_specimen(NAMED_STITCHES[name], rows=size, loops=size, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES[name], rows=size, loops=size, loop_width=8e-3)
     line = specimen.centreline
     yarn = line.position(np.linspace(0.0, line.length, 20_000)) * specimen.loop_width
     # The nodes are centred, the line is not.
@@ -40,7 +39,7 @@ def test_wires_are_clear_of_the_yarn_and_of_each_other(name: str, size: int) -> 
 
 
 def test_every_hook_with_a_loop_is_a_wire() -> None:
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=3, loops=3, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=3, loops=3, loop_width=8e-3)
     hooks = {edge: [loop.hooks for loop in wires_through(specimen, edge)] for edge in OUTWARDS}
     # The yarn begins at the lower left and ends at the upper right.
     assert hooks == {
@@ -52,7 +51,7 @@ def test_every_hook_with_a_loop_is_a_wire() -> None:
 
 
 def test_loops_go_around_their_wires() -> None:
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
     for edge, outwards in OUTWARDS.items():
         for loop in wires_through(specimen, edge):
             at = specimen.sites[edge][list(loop.hooks)]
@@ -65,13 +64,13 @@ def test_loops_go_around_their_wires() -> None:
 
 
 def test_what_cannot_hang_on_wires_is_refused() -> None:
-    specimen = planar_specimen(NAMED_STITCHES["stockinette-default"], rows=1, loops=2, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=1, loops=2, loop_width=8e-3)
     thick = replace(specimen, yarn=Yarn(fibre_radius=0.15), radius=0.15 * 8e-3)
     with pytest.raises(
         GeometryError, match=r"hook: found 'a wire that overlaps by .* mm at row 0, loop 0', allowed pin"
     ):
         wires_through(thick, "wale+")
-    volumetric = volumetric_specimen(
+    volumetric = knit_specimen(
         NAMED_VOLUMETRIC_STITCHES["volumetric-default"], rows=2, loops=2, layers=2, loop_width=8e-3
     )
     with pytest.raises(SpecificationError, match="hook: found 'wire in a volumetric knit', allowed pin"):
