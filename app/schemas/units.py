@@ -122,7 +122,8 @@ def parse(text: object, dimension: Dimension, field: str = "quantity") -> float:
     if isinstance(text, int | float) and not isinstance(text, bool) and dimension == "strain":
         value = float(text)
     elif isinstance(text, str) and len(text) <= 100 and (match := _QUANTITY.fullmatch(text)):
-        value = _convert(float(match[1]), match[2], dimension)
+        # Zero has one sign: the values kept of 0 and -0 would be one, that of whoever asked first.
+        value = _convert(float(match[1]) + 0.0, match[2], dimension)
     else:
         raise refusal
     if not math.isfinite(value):

@@ -44,6 +44,7 @@ def write_log(
 
     Examples
     --------
+    >>> from rigs.logs.dialect import Column, Dialect
     >>> dialect = Dialect(name="d", columns=(Column(name="F_{unit}", channel="F", unit="mN", form=".1f"),))
     >>> list(write_log(dialect, [{"F": [0.0021]}]))
     [b'F_mN\r\n', b'2.1\r\n']

@@ -25,7 +25,9 @@ NOBODY = "import numba, os; os.setgid(54321); os.setuid(54321)\n"
 
 def run(root: Path, before: str = "", **environment: str) -> tuple[list[str], list[str]]:
     """Return what the kernel of the package came to, and the lines that were said."""
-    home = {name: value for name, value in os.environ.items() if name not in {"HOME", "XDG_CACHE_HOME"}}
+    home = {
+        name: value for name, value in os.environ.items() if name not in {"HOME", "XDG_CACHE_HOME", "KNITLAB_CACHE"}
+    }
     home |= {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1", **environment}
     done = subprocess.run(  # noqa: S603 - our own interpreter on our own text
         [sys.executable, "-c", before + RUN], cwd=root, env=home, check=False, capture_output=True, text=True

@@ -60,7 +60,7 @@ def test_a_plain_protocol_has_the_labs_defaults() -> None:
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda: SpecimenSpec(**SPECIMEN | {"knit": "garter"}), "knit"),
+        (lambda: SpecimenSpec(**SPECIMEN | {"knit": "brioche"}), "knit"),
         (lambda: SpecimenSpec(**SPECIMEN | {"rows": 0}), "rows"),
         (lambda: SpecimenSpec(**SPECIMEN | {"layers": 2}), "layers"),
         (lambda: SpecimenSpec(**SPECIMEN | {"knit": "volumetric-default", "layers": 0}), "layers"),

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -80,3 +82,9 @@ def test_what_is_written_reads_back_to_the_last_bit(value: float, dimension: Dim
 
 def test_there_is_one_registry() -> None:
     assert registry() is registry()
+
+
+@pytest.mark.parametrize("text", ["-0 mm", "0 mm"])
+def test_zero_has_one_sign_whoever_asked_first(text: str) -> None:
+    parse("-0.0 mm", "length")
+    assert math.copysign(1.0, parse(text, "length")) == 1.0
