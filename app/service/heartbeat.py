@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Final
 import sqlalchemy as sa
 
 from app.service.deliveries import AGAIN, delivery_id, enqueue, forgotten, take_back, takers
-from app.service.leases import AWAY, first_line
-from app.service.tables import database_now, hold, jobs, workers
+from app.service.tables import AWAY, database_now, first_line, hold, jobs, workers
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import sqlalchemy as sa
 
 from app.service.deliveries import AGAIN, delivery_id, enqueue, read_delivery_id
-from app.service.tables import CANCELLED, hold, jobs
+from app.service.tables import AWAY, CANCELLED, first_line, hold, jobs
 
 if TYPE_CHECKING:
     import threading
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from app.service.store import Store
 
 Asked = Literal["cancel", "pause", "lost"]
-
-AWAY: Final = (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.InternalError, sa.exc.TimeoutError)
-"""What the database raises while it cannot be reached, or takes no writes for the moment."""
 
 _log: Final = logging.getLogger(__name__)
 _ResultT = TypeVar("_ResultT")
@@ -176,9 +173,3 @@ def _retrying(do: Callable[[], _ResultT], leaving: threading.Event) -> _ResultT:
             if leaving.is_set():
                 raise
             leaving.wait(_SECONDS_BETWEEN_TRIES)
-
-
-def first_line(error: BaseException) -> str:
-    """Return the first line of an error's message, without the SQL statement."""
-    said = str(getattr(error, "orig", None) or error) or type(error).__name__
-    return said.splitlines()[0]

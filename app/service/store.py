@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import sqlalchemy as sa
 
+from app.service.deletion import delete
 from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
 from app.service.folder import JobFolder, read_as
-from app.service.housekeeping import delete
 from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
-from app.service.leases import AWAY, first_line
-from app.service.tables import CANCELLED, hold, jobs, keys, make_tables, open_engine
+from app.service.tables import AWAY, CANCELLED, first_line, hold, jobs, keys, make_tables, open_engine
 from knitlab_core.errors import KnitlabError
 
 if TYPE_CHECKING:

@@ -17,7 +17,8 @@ import psutil
 
 from app.service import job_process
 from app.service.folder import Result
-from app.service.leases import AWAY, first_line, orders, take_lease
+from app.service.leases import orders, take_lease
+from app.service.tables import AWAY, first_line
 
 if TYPE_CHECKING:
     from multiprocessing.context import ForkServerContext, SpawnContext

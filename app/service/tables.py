@@ -9,6 +9,9 @@ import sqlalchemy as sa
 if TYPE_CHECKING:
     from app.service.settings import Settings
 
+AWAY: Final = (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.InternalError, sa.exc.TimeoutError)
+"""What the database raises while it cannot be reached, or takes no writes for the moment."""
+
 _metadata = sa.MetaData()
 
 #: One row a job. `delivery` numbers its entries in the queue, `owner` is the run that may settle it.
@@ -110,3 +113,9 @@ def database_now(engine: sa.Engine) -> sa.ColumnElement[float]:
     if engine.dialect.name == "postgresql":
         return sa.cast(sa.extract("epoch", sa.func.clock_timestamp()), sa.Float(53))
     return sa.literal_column("(julianday('now') - 2440587.5) * 86400.0", sa.Float(53))
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of an error's message, without the SQL statement."""
+    said = str(getattr(error, "orig", None) or error) or type(error).__name__
+    return said.splitlines()[0]

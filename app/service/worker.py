@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from app.service.deliveries import listen, stop_listening
 from app.service.heartbeat import LEASE, Heartbeat, requeue_lost
-from app.service.leases import AWAY, first_line
 from app.service.supervisor import GRACE, Supervisor
+from app.service.tables import AWAY, first_line
 from knitlab_core.errors import KnitlabError
 
 if TYPE_CHECKING:

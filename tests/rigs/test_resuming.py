@@ -1,4 +1,4 @@
-"""A test that goes on from a checkpoint, through its file and on a rig put together anew, ends as it would have."""
+"""A test that goes on from a checkpoint, through its file and on a rig that is made again, ends as it would have."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.records.storage import FULL, fault_of
 from app.service.api.problems import ProblemError, on_problem
-from app.service.leases import AWAY, first_line
+from app.service.tables import AWAY, first_line
 
 if TYPE_CHECKING:
     from fastapi import FastAPI, Request

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 import sqlalchemy as sa
 
-from app.service import housekeeping
+from app.service import deletion
+from app.service.deletion import clear, purge
 from app.service.deliveries import forget_ended
 from app.service.folder import Result
-from app.service.housekeeping import Housekeeping, clear, purge
+from app.service.housekeeping import Housekeeping
 from app.service.jobs import FINAL, NotEndedError, UnknownJobError
 from app.service.leases import take_lease
 from app.service.settings import settings
@@ -92,7 +93,7 @@ DELETE = """
 import os, shutil, signal, sys
 from pathlib import Path
 import sqlalchemy as sa
-from app.service import housekeeping
+from app.service import deletion
 from app.service.settings import settings
 from app.service.store import Store
 
@@ -148,7 +149,7 @@ def test_files_that_come_late_go_too(store: Store, monkeypatch: pytest.MonkeyPat
     store.files(job.id).write_spec(TINY)
     clear(store)
     assert store.files(job.id).path.exists()
-    monkeypatch.setattr(housekeeping, "AGAIN", 0.0)
+    monkeypatch.setattr(deletion, "AGAIN", 0.0)
     with store.engine.begin() as connection:
         connection.execute(sa.update(deleted).values(look=0.0))
     clear(store)
@@ -165,7 +166,7 @@ def test_files_that_cannot_go_are_tried_again(store: Store, monkeypatch: pytest.
         raise OSError(5, "the file server is away", str(path))
 
     with monkeypatch.context() as away:
-        away.setattr("app.service.housekeeping.shutil.rmtree", fail)
+        away.setattr("app.service.deletion.shutil.rmtree", fail)
         store.delete(job.id)
     assert store.files(job.id).path.exists()
     clear(store)
@@ -190,7 +191,7 @@ def test_old_jobs_are_purged_and_others_kept(store: Store) -> None:
 
 
 def test_purging_goes_on_beyond_one_transaction(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(housekeeping, "_AT_ONCE", 2)
+    monkeypatch.setattr(deletion, "_AT_ONCE", 2)
     for _ in range(5):
         ended(store)
     house = Housekeeping(store, -1.0)

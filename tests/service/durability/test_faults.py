@@ -131,7 +131,8 @@ def test_files_of_a_newer_build_are_read(tmp_path: Path) -> None:
 
 
 def test_orders_of_a_leaving_service_do_not_wait_for_its_database(lab: Lab) -> None:
-    from app.service.leases import AWAY, take_lease  # noqa: PLC0415
+    from app.service.leases import take_lease  # noqa: PLC0415
+    from app.service.tables import AWAY  # noqa: PLC0415
 
     leaving = threading.Event()
     leaving.set()

@@ -82,7 +82,7 @@ def test_a_frozen_worker_that_comes_back_does_no_harm(lab: Lab) -> None:
     frozen.send_signal(signal.SIGCONT)
     until(lab.finished)
     assert (lab.job(job).state, begun(lab.files(job))) == ("succeeded", 2)
-    # It begins anew under another name, and takes jobs again.
+    # It starts again under another name, and takes jobs again.
     lab.workers[1].send_signal(signal.SIGTERM)
     lab.workers[1].wait()
     again = lab.store.submit(TINY)

@@ -180,7 +180,7 @@ def test_the_fork_server_has_one_thread(lab: Lab) -> None:
 
 @pytest.mark.parametrize("module", ["app.service.job_process", "app.cli.main"])
 def test_what_every_process_imports_is_light(module: str) -> None:
-    """The child's target and the entry point are imported anew in every process."""
+    """The child's target and the entry point are imported again in every process."""
     heavy = {"numba", "h5py", "dbos", "pydantic", "sqlalchemy", "matplotlib", "fastapi"}
     code = f"import sys, {module}; print(*{heavy} & sys.modules.keys())"
     command = [sys.executable, "-c", code]

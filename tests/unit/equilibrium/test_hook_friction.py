@@ -79,7 +79,7 @@ def test_a_hook_that_slid_pushes_back_where_it_is_held() -> None:
     memory, work = poles_at((0.3, 0.0)).settle()
     assert memory.slip == pytest.approx([LIMIT, 0.0])
     assert pole_forces(HOOKS, memory, LIMIT) == pytest.approx([0.06, 0.0])
-    # From nought to the limit, by the trapezium rule.
+    # From zero to the limit, by the trapezium rule.
     assert work == pytest.approx(0.5 * 0.06 * 0.3)
     # Held there for a step it still pulls, and does no work.
     again, more = poles_at((0.0, 0.0), memory).settle()
