@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.records.results import zeroings_of
-from app.schemas import loads
 from app.schemas.machine_data import machines_of
 from rigs.control.log_rate import stretches_of
 from rigs.instruments.channels import measure
@@ -28,14 +27,12 @@ def samples_of(run: RunReader) -> Mapping[str, Table]:
     """
     if not run.going_on or not len(run.trace) or (run.logs and all(_whole(log, run) for log in run.logs.values())):
         return run.logs
-    loaded = loads(run.protocol, str(run.path), materials=run.materials)
-    log, zeroings = loaded.protocol.log, zeroings_of(run, loaded.protocol)
-    stretches = stretches_of(run.trace, loaded.protocol)
+    log, zeroings, stretches = run.test.log, zeroings_of(run), stretches_of(run.trace, run.test)
     return {
         instrument.name: measure(
             instrument, run.trace, seed=log.seed, noise=log.noise, zeroings=zeroings, stretches=stretches
         )
-        for instrument in instruments_on(loaded.protocol, machines_of(loaded.protocol))
+        for instrument in instruments_on(run.test, machines_of(run.test))
     }
 
 
