@@ -120,11 +120,6 @@ class Material:
             raise SpecificationError("material.poisson_ratio", self.poisson_ratio.value, "above -1, at most 0.5")
 
     @property
-    def shear_modulus(self) -> float:
-        """Return G = E / 2(1 + ν) [Pa]."""
-        return self.young_modulus.value / (2.0 * (1.0 + self.poisson_ratio.value))
-
-    @property
     def breaking_strain(self) -> Value | None:
         """Return the fibre strain at which it breaks [1], None where nothing is known of it.
 

@@ -124,7 +124,8 @@ class RunReader:
     def test(self) -> Protocol:
         """Return the protocol, parsed when it is first asked for."""
         if self._test is None:
-            self._test = loads(self.protocol, str(self.path), name=self._name, materials=self.materials).protocol
+            name = str(self.provenance.get("name", "test"))
+            self._test = loads(self.protocol, str(self.path), name=name, materials=self.materials).protocol
         return self._test
 
     @cached_property

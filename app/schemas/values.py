@@ -131,7 +131,6 @@ def _text_schema(dimension: Dimension) -> WithJsonSchema:
 
 
 Length = Annotated[float, BeforeValidator(partial(_quantity, "length")), _text_schema("length")]
-Speed = Annotated[float, BeforeValidator(partial(_quantity, "speed")), _text_schema("speed")]
 Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schema("time")]
 Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
 Stress = Annotated[float, BeforeValidator(partial(_quantity, "stress")), _text_schema("stress")]

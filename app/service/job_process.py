@@ -18,9 +18,10 @@ from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.file_lock import LockedError
 from app.records.folder import RECORD
 from app.records.storage import fault_of
-from app.service.folder import JobFolder, LockedError, Result
+from app.service.folder import JobFolder, Result
 from app.service.jobs import Progress
 from app.service.row_file import RowFile, restore
 from knitlab_core.errors import FormatError, KnitlabError

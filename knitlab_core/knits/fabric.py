@@ -5,17 +5,15 @@ Lengths are in loop widths throughout, arc lengths are counted from the start of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from dataclasses import Field
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-
-FaceAxis: TypeAlias = Literal["C", "W", "P"]
-"""Axis across which a fabric can have two opposite faces: course x, wale y, pile z."""
 
 
 class Counts(NamedTuple):
@@ -73,7 +71,7 @@ class Fabric(Protocol):
         """Return the radius of a yarn of one fibre [loop widths]."""
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which it has faces with boundary sites; layers repeat along ``P`` alone."""
 
     @property
@@ -124,7 +122,7 @@ class Fabric(Protocol):
             Naming two places where strands overlap, or a bend tighter than the fibre; ``loop_width`` is for its mm.
         """
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budget of its loops by the axis across the course along which they reach.
 
         Parameters

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
 
 LARGEST_RADIUS: Final = 0.1
 """Largest radius of a filament, in its lengths."""
@@ -45,7 +46,7 @@ class Filament:
             raise SpecificationError("filament", f"{2.0 * self.fibre_radius:.4g} of its length", allowed)
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the course, along which it is laid."""
         return ("C",)
 
@@ -93,7 +94,7 @@ class Filament:
         """Return its own length: nothing is beside it [lengths]."""
         return 1.0
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:  # noqa: ARG002 (it has no loops)
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (it has no loops)
         """Return nothing: it has no loops."""
         return {}
 

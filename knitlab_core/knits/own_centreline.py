@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget, PlateRoom
+    from knitlab_core.axes import Axis
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
 
 SITE_SETS: Final[tuple[SiteSet, ...]] = get_args(SiteSet)
 FEWEST_POINTS: Final = 8
 MOST_POINTS: Final = 10_000
 
-_FACES: Final[Mapping[FaceAxis, tuple[SiteSet, SiteSet]]] = {
+_FACES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
     "C": ("course-", "course+"),
     "W": ("wale-", "wale+"),
     "P": ("pile-", "pile+"),
@@ -94,7 +95,7 @@ class OwnCentreline:
             raise SpecificationError("centreline", found, "sites on opposite faces, such as course- and course+")
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which it has sites."""
         named = {face for _, face in self.sites}
         return tuple(axis for axis, pair in _FACES.items() if pair[0] in named)
@@ -156,7 +157,7 @@ class OwnCentreline:
         except GeometryError as error:
             raise GeometryError("specimen.knit", error.found, error.expected) from error
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:  # noqa: ARG002 (as above)
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (as above)
         """Return nothing: which stretches are loops is not known."""
         return {}
 

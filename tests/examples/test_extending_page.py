@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "extending.md"
 USES_TRIANGLE = """\
 from app.schemas import ProtocolError, from_yaml, loads, to_yaml
-from rigs.control.plan import planned_strokes
+from rigs.control.plan import planned_steps
 
 TEXT = '''\
 schema: knitlab/protocol@1
@@ -33,7 +33,7 @@ steps:
 '''
 protocol = from_yaml(TEXT)
 assert from_yaml(to_yaml(protocol)) == protocol
-for stroke in planned_strokes(protocol, {"C": 0.05, "W": 0.05}):
+for stroke in [one for step in planned_steps(protocol, {"C": 0.05, "W": 0.05}) for one in step.strokes]:
     print(stroke.phase, stroke.cycle, stroke.tag, f"{stroke.end['C']:.4f}")
 try:
     loads(TEXT.replace("5 %", "900 %"), "p.yaml")

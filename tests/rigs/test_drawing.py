@@ -56,7 +56,7 @@ def pictures_in(folder: Path) -> set[str]:
 def test_a_process_draws_what_it_is_asked_for_and_ends(run: RunReader) -> None:
     with Drawer() as draw:
         process = process_of(draw)
-        wait = draw(run.path, "name")
+        wait = draw(run, "name")
         wait()
         assert pictures_in(run.path.parent) == PICTURES
     assert not wait_gone([process])
@@ -67,7 +67,7 @@ def test_where_the_process_is_killed_this_one_draws(run: RunReader) -> None:
         process = process_of(draw)
         process.kill()
         process.wait()
-        draw(run.path, "name")()
+        draw(run, "name")()
     assert pictures_in(run.path.parent) == PICTURES
 
 

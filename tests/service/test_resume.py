@@ -252,8 +252,8 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
     run = small(tmp_path, monkeypatch, 2)
     published: list[Path] = []
 
-    def publish(folder: Path, *_: object, **__: object) -> None:
-        published.append(folder)
+    def publish(record: RunReader, *_: object, **__: object) -> None:
+        published.append(record.path.parent)
         if len(published) == 1:
             raise KeyboardInterrupt
 

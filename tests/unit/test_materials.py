@@ -70,11 +70,6 @@ def test_friction_is_labelled_assumed_wherever_it_shows() -> None:
     assert str(DEFAULT_FRICTION) == "0.3 (assumed)"
 
 
-def test_shear_modulus() -> None:
-    material = Material(name="test", young_modulus=pascal(2.6), poisson_ratio=pure(0.3))
-    assert material.shear_modulus == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("typed", ["RGD8530", "rgd8530-dm", "RGD8530-DN"])
 def test_unknown_name_suggests_the_nearest_and_lists_all(typed: str) -> None:
     with pytest.raises(SpecificationError) as caught:

@@ -6,7 +6,7 @@ import pytest
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, knit_specimen
-from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps, planned_strokes
+from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.control.planner import Planner
 from rigs.protocol.protocol import (
     Cycle,
@@ -29,6 +29,7 @@ from rigs.protocol.protocol import (
 from rigs.protocol.specimen import gauge_lengths
 from rigs.protocol.strokes import PRELOAD_REACH, Readings, Stroke
 from rigs.protocol.unrolled import unrolled
+from tests.planned import planned_strokes
 
 if TYPE_CHECKING:
     from rigs.axes import Axis

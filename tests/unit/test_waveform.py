@@ -7,9 +7,10 @@ import pytest
 from app.schemas import ProtocolError, from_yaml, load, load_sweep, loads, to_yaml
 from app.schemas.tables import MOST_BYTES
 from knitlab_core.errors import SpecificationError
-from rigs.control.plan import planned_duration, planned_strokes
+from rigs.control.plan import planned_duration
 from rigs.protocol.protocol import Hold, Protocol, Ramp, SpecimenSpec, Target, Waveform, Zero
 from rigs.protocol.waveform import MOST_POINTS
+from tests.planned import planned_strokes
 
 if TYPE_CHECKING:
     from pathlib import Path

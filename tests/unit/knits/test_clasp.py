@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import NAMED_STITCHES, Specimen, clasp_numbers, knit_specimen, linking_number
+from knitlab_core.knits import NAMED_STITCHES, Specimen, clasp_numbers, knit_specimen
 from knitlab_core.knits.planar import stitch_clasp
+from tests.linking import linking_number
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knitlab_core.knits import Stitch, linking_number
+from knitlab_core.knits import Stitch
 from knitlab_core.knits.crossing import crossing_number
 from knitlab_core.knits.pieces import Row
 from knitlab_core.knits.planar import stitch_clasp
+from tests.linking import linking_number
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray

@@ -1,12 +1,10 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, Stitch, locking_strain, neighbour_gap
+from knitlab_core.knits import NAMED_STITCHES, Stitch, locking_strain
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 
@@ -27,18 +25,6 @@ def test_the_named_stitches_are_the_design_s() -> None:
         Stitch(curvature=1.72, height=0.70, depth=0.303, row_spacing=0.885, fibre_radius=0.044)
         == (NAMED_STITCHES["paper-fit"])
     )
-
-
-@pytest.mark.parametrize("name", NAMED_STITCHES)
-def test_neighbour_gap_is_what_a_search_for_the_widest_spot_finds(name: str) -> None:
-    a = NAMED_STITCHES[name].curvature
-    widest = minimize_scalar(lambda t: -(t + a * np.sin(2.0 * t)), bounds=(0.0, np.pi / 2.0), method="bounded")
-    half_width = -widest.fun / (2.0 * np.pi)
-    assert neighbour_gap(NAMED_STITCHES[name]) == pytest.approx(1.0 - 2.0 * half_width, abs=1e-9)
-
-
-def test_a_stitch_without_neck_has_half_a_loop_of_gap() -> None:
-    assert neighbour_gap(replace(DEFAULT, curvature=0.4)) == pytest.approx(0.5)
 
 
 def test_locking_strain_is_the_published_fit_worked_by_hand() -> None:
