@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import ValidationError
 
+from app.extensions import load_extensions
 from app.schemas.convert import to_data, to_domain, to_yaml
 from app.schemas.convert_specimen import NamedText
 from app.schemas.defaults import defaults_of
@@ -235,6 +236,7 @@ def _loaded(
 
     Tables and the centreline that it names are beside its `file`.
     """
+    load_extensions()
     faults = Faults()
     data, unknown = substitute(document, chosen, faults)
     data, tables = with_tables(document, data, file, faults)
@@ -304,5 +306,6 @@ def from_yaml(text: str, materials: str = "") -> Protocol:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of a protocol file."""
+    load_extensions()
     schema = ProtocolModel.model_json_schema(by_alias=True)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -15,9 +15,9 @@ from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnMod
 from app.schemas.step_parts import EVENTS, EVERY_CYCLE
 from app.schemas.steps import STEP_MODELS, StepModel
 from app.schemas.units import allowed
-from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
+from app.schemas.values import AnyRig, Force, Frequency, Label, Strain, Switch, Time
 from rigs.axes import Axis
-from rigs.protocol.catalogue import Others, RigName
+from rigs.protocol.catalogue import Others
 
 SCHEMA: Final = "knitlab/protocol@1"
 
@@ -50,7 +50,7 @@ class ProtocolModel(Model):
     name: Label | None = Field(
         default=None, description="a text or a number that names the test; without it the name of its file"
     )
-    rig: RigName = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
+    rig: AnyRig = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
     mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(
