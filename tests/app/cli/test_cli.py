@@ -18,6 +18,7 @@ from tests.synthetic_run import make_run
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from app.schemas import Loaded
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.step_record import StepRecord
 
@@ -66,17 +67,16 @@ def end_with(monkeypatch: pytest.MonkeyPatch) -> Callable[[Ended | BaseException
         calls: list[object] = []
 
         def run_protocol(
-            path: Path,
+            loaded: Loaded,
             out: Path | None,
             progress: Callable[[float, str], None],
             *,
-            chosen: dict[str, object],
             draw: object,
             began: float,
         ) -> Ended:
             assert draw is not None
             assert began < time.perf_counter()
-            calls.extend([path, out, *chosen])
+            calls.extend([Path(loaded.document.path), out])
             progress(0.5, "halfway")
             if isinstance(end, BaseException):
                 raise end
