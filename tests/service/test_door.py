@@ -20,6 +20,7 @@ from app.service.api.build import create_app
 from app.service.api.context import Context
 from app.service.api.door import Door, Limits, watched_by
 from tests.service.knitlab_serve import QUICK, serving
+from tests.service.lab import until
 from tests.service.serving import served
 
 if TYPE_CHECKING:
@@ -112,15 +113,6 @@ def many(address: str, count: int, said: bytes = HALF, source: str = "127.0.0.1"
             lines.append(stack.enter_context(connect(address, source)))
             lines[-1].sendall(said)
         yield lines
-
-
-def until(what: object, seconds: float = PATIENCE) -> None:
-    """Wait until a question is answered with yes."""
-    assert callable(what)
-    began = time.monotonic()
-    while not what():
-        assert time.monotonic() - began < seconds
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("said", [HALF, b""], ids=["half a header", "nothing"])
