@@ -30,7 +30,7 @@ class LockedError(Exception):
 
 
 def lock(handle: int, *, shared: bool = False) -> bool:
-    """Lock an open file without waiting; tell whether that succeeded. Windows has no shared locks."""
+    """Lock an open file without waiting; return whether that succeeded. Windows has no shared locks."""
     try:
         if sys.platform == "win32":
             import msvcrt  # noqa: PLC0415 (of one system only)

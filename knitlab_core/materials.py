@@ -1,4 +1,4 @@
-"""Name the materials of yarns, each number with its source.
+"""Materials of yarns, each number with its source.
 
 `the paper` stands for *Entanglement-driven responses through multiscale 3D-printed knits*.
 """
@@ -61,7 +61,7 @@ class RelaxationTerm:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
-    """Describe an isotropic yarn material: linearly elastic, unless a relaxation is given and asked for.
+    """Isotropic yarn material: linearly elastic, unless a relaxation is given and switched on.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Material:
     relaxation : tuple of RelaxationTerm
         Prony series E(t) = E [1 - Σ g (1 - exp(-t/τ))]; empty where none is known.
     note : str
-        What a user should know before trusting the numbers.
+        Limits of the numbers, for users.
 
     Raises
     ------
@@ -124,7 +124,7 @@ class Material:
         """Return the fibre strain at which it breaks [1], None where nothing is known of it.
 
         The elongation at break is such a strain itself and comes first. Without it the strength over Young's
-        modulus stands in, the strain at which a brittle solid that stays linear to its end carries its strength.
+        modulus is taken, the strain at which a brittle solid that stays linear to its end carries its strength.
         """
         if self.elongation_at_break is not None or self.strength is None:
             return self.elongation_at_break
@@ -178,7 +178,7 @@ _TABLE: Final = (
 )
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType({material.name: material for material in _TABLE})
-"""The materials knitlab knows by name."""
+"""The materials that have a name."""
 
 DEFAULT_FRICTION: Final = Value(
     value=0.3, unit="1", source="not published for printed resins; 0.2-0.5 is usual for polymers", assumed=True

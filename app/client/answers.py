@@ -1,4 +1,4 @@
-"""What a service answers, as dataclasses."""
+"""Answers of a service, as dataclasses."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Tell whether it has ended."""
+        """Return whether it has ended."""
         return self.state in FINAL
 
 

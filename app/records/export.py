@@ -92,7 +92,7 @@ def export_log(
     run : RunReader
         The run.
     folder : Path
-        Where the instrument's own folders and files shall stand; made if it is not there.
+        Folder for the instrument's own folders and files; made if it is not there.
     dialect : str
         One of `LOGS`.
     locale : str

@@ -84,11 +84,11 @@ class RunReader:
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
     going_on : bool
-        Whether the run is going on, or was killed: nothing says how it ended.
+        Whether the run is going on, or was killed: no end is recorded.
     crossings : tuple of LimitCrossing
         Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
     outcome : Outcome
-        How the run ended; ``abort`` if nothing says so.
+        How the run ended; ``abort`` if no end is recorded.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def _rows(columns: dict[str, FloatArray]) -> int:
 
 
 def _as_far(steps: tuple[StepRecord, ...], trace: Trace) -> tuple[StepRecord, ...]:
-    """Return the steps; one that was interrupted ends at the last row and says so."""
+    """Return the steps; one that was interrupted ends at the last row, with a message."""
     if not steps or steps[-1].end != "abort" or not len(trace):
         return steps
     last = steps[-1]

@@ -37,6 +37,6 @@ def samples_of(run: RunReader) -> Mapping[str, Table]:
 
 
 def _whole(log: Table, run: RunReader) -> bool:
-    """Tell whether a log reaches the last row of its run, within one sample."""
+    """Return whether a log reaches the last row of its run, within one sample."""
     last = log.part(max(len(log) - 2, 0), len(log)).true_time
     return len(last) > 1 and float(run.trace.columns["time"][-1] - last[-1]) < 1.5 * float(last[-1] - last[0])

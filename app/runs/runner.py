@@ -292,7 +292,7 @@ def _stay(progress: Progress, done: float, share: float, text: str) -> None:
 
 
 def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
-    """Give an error that a step raises during the test its place in the protocol file."""
+    """Run a test; an error that a step raises meanwhile gets its place in the protocol file."""
     try:
         return test()
     except SpecificationError as error:

@@ -147,7 +147,7 @@ def run_sweep(
 
 
 def is_done(folder: Path, loaded: Loaded) -> bool:
-    """Tell whether a folder holds the finished run of a point.
+    """Return whether a folder holds the finished run of a point.
 
     Protocols are compared by content, not by text or file name, so that a sweep can be given more values.
 
@@ -172,7 +172,7 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
 
 
 def _names_itself(loaded: Loaded) -> bool:
-    """Tell whether a protocol gives itself a name, instead of its file's."""
+    """Return whether a protocol gives itself a name, instead of its file's."""
     return isinstance(loaded.document.data, dict) and loaded.document.data.get("name") is not None
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
-    """Return the numbers of every machine of a protocol's rig, with the load cell that it asks for.
+    """Return the numbers of every machine of a protocol's rig, with the load cell of the protocol.
 
     Raises
     ------

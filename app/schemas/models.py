@@ -39,7 +39,7 @@ class LogModel(Model):
 
 
 def _materials_branch(value: object) -> str:
-    """Tell the name of a materials file from materials defined in the protocol."""
+    """Return the branch of the union: the name of a materials file, or materials defined in the protocol."""
     return f"{BRANCH}here" if isinstance(value, dict) else f"{BRANCH}file"
 
 
@@ -76,7 +76,7 @@ class ProtocolModel(Model):
     steps: list[StepModel] = Field(description="a list of steps")
 
 
-# The model of a mapping, by the key it stands under: what errors say of missing and unknown fields.
+# The model of a mapping, by its key: what errors name of missing and unknown fields.
 MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
     {
         "": ProtocolModel,

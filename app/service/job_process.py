@@ -139,7 +139,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
 
 
 def _report_earlier(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
-    """Report how far earlier attempts came; tell whether the test has ended."""
+    """Report how far earlier attempts came; return whether the test has ended."""
     from app.records.reader import RunReader  # noqa: PLC0415
 
     record = RunReader(files.run / RECORD)

@@ -72,7 +72,7 @@ class Part:
 
     @property
     def still(self) -> bool:
-        """Tell whether strain and stress are constant, so that the part is drawn as one point."""
+        """Return whether strain and stress are constant, so that the part is drawn as one point."""
         return bool(np.ptp(self.strain) < STILL and np.ptp(self.stress) <= STILL * np.abs(self.stress).max())
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     Draw = Callable[[RunReader, str], Callable[[], None]]
 
 DRAWN: Final = b"drawn\n"
-"""What a process says that has drawn."""
+"""Reply of a process that has drawn."""
 
 IDLE_SECONDS: Final = 120.0
 """Time that a process which is ready to draw waits for a record [s]; it does not hold memory through a long test."""

@@ -41,7 +41,7 @@ class Hooks(NamedTuple):
 
     @property
     def rubs(self) -> bool:
-        """Tell whether any pole has friction."""
+        """Return whether any pole has friction."""
         return bool((self.friction > 0.0).any())
 
 

@@ -1,6 +1,6 @@
-"""Describe knits: from the stitch's formula to one yarn of nodes with named boundary sites.
+"""Knits: from the stitch's formula to one yarn of nodes with named boundary sites.
 
-fabric      what every fabric knows of itself: the protocol behind which the knits stand
+fabric      protocol of a fabric, which all knits implement
 registry    fabrics that have a name
 stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
 garter, rib  ... with purl rows or wales

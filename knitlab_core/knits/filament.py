@@ -1,4 +1,4 @@
-"""Lay a straight filament: not a knit, but what a rig is proved with."""
+"""Straight filament: no knit, but a specimen to prove a rig with."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LARGEST_RADIUS: Final = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filament:
-    """Hold the shape of a straight filament; its length takes the place of a loop's width.
+    """Shape of a straight filament; its length takes the place of a loop's width.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Filament:
         return {}
 
     def check_held(self, counts: Counts) -> None:
-        """Hold nothing."""
+        """Return no clasps."""
 
     def clearance(self, line: Centreline, counts: Counts, *, loop_width: float) -> float:  # noqa: ARG002 (straight)
         """Return its own length: nothing is beside it [lengths]."""
@@ -126,5 +126,5 @@ class Straight:
         return np.zeros((len(s), 3))
 
     def place(self, s: float) -> str:
-        """Name the spot."""
+        """Return the place as text."""
         return f"{s:.0%} of the filament"

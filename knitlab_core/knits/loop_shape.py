@@ -24,7 +24,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType(
 
 
 def is_positive(value: object) -> TypeGuard[float]:
-    """Tell whether a value is a finite number above 0; a truth value is no number."""
+    """Return whether a value is a finite number above 0; a truth value is no number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf
 
 
@@ -42,7 +42,7 @@ def check_number(name: str, value: object, *, most: float) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopShape:
-    """Hold the shape of one loop and the distance of its rows.
+    """Shape of one loop, and the distance of its rows.
 
     Parameters
     ----------

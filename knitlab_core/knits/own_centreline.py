@@ -43,7 +43,7 @@ class OwnCentreline:
     """Knit along given points, in the order of the yarn; a `Fabric`.
 
     What is not known of it is left out: no clasp numbers, no arc-length budget, no wires through its loops, no plates.
-    Whether its loops hold each other is for its maker to know.
+    Whether its loops hold each other is not checked.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class OwnCentreline:
         """Return the yarn length over the number of loops that it is said to have [loop widths]."""
         return curve_through(self.points).length / math.prod(counts)
 
-    def centreline(self, counts: Counts) -> Centreline:  # noqa: ARG002 (its points say all)
+    def centreline(self, counts: Counts) -> Centreline:  # noqa: ARG002 (its points are all there is)
         """Return the yarn with its sites, those of an edge in the order of their places along it."""
         curve = curve_through(self.points)
         sites: list[Site] = []
@@ -133,7 +133,7 @@ class OwnCentreline:
             ]
         return Centreline(pieces=(curve,), sites=tuple(sites))
 
-    def middle(self, counts: Counts) -> FloatArray:  # noqa: ARG002 (its points say all)
+    def middle(self, counts: Counts) -> FloatArray:  # noqa: ARG002 (its points are all there is)
         """Return the point (3,) midway between the means of opposite sites, elsewhere of its extent [loop widths]."""
         points = np.array(self.points)
         middle: FloatArray = 0.5 * (points.min(axis=0) + points.max(axis=0))

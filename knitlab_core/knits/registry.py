@@ -1,4 +1,4 @@
-"""Fabrics that have a name: what a protocol may say in the place of a knit's numbers.
+"""Fabrics that have a name: the names that a protocol may have in the place of a knit's numbers.
 
 To add a stitch, write its file beside this one and add its names to `_FABRICS`. A fabric from outside knitlab is added
 by `register`.

@@ -140,7 +140,7 @@ def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
         one = {**base, "name": f"{name[: _LONGEST_NAME - len(tail)]}{tail}", "params": {**params, **point}}
         place = replace(whole, which=", ".join(f"{key} = {shown(value)}" for key, value in point.items()))
         with _placed(place):
-            # Where things stand in the text that was sent, what they are in this job.
+            # Places of the text that was sent, values of this job.
             made = replace(document, text=written(one), data=one)
             loaded = loads_document(made, name=name, materials=sent.materials)
         yield _Wanted(loaded=loaded, materials=sent.materials, place=place)

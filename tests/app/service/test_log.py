@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def written() -> Iterator[io.StringIO]:
-    """Lend what is written of the logger `door`."""
+    """Lend what is written of the logger `api`."""
     stream = io.StringIO()
     handler = logging.StreamHandler(stream)
     handler.addFilter(FewAlike())
     handler.setFormatter(Bounded())
-    logger = logging.getLogger("door")
+    logger = logging.getLogger("api")
     logger.addHandler(handler)
     logger.propagate = False
     yield stream
@@ -32,7 +32,7 @@ def test_few_of_a_kind_are_written_and_the_others_counted(
 ) -> None:
     now = 100.0
     monkeypatch.setattr("app.service.log.time.monotonic", lambda: now)
-    logger = logging.getLogger("door")
+    logger = logging.getLogger("api")
 
     def complain(which: object) -> None:
         logger.warning("found %s", which)
@@ -49,7 +49,7 @@ def test_few_of_a_kind_are_written_and_the_others_counted(
 
 
 def test_a_long_entry_loses_its_middle(written: io.StringIO) -> None:
-    logging.getLogger("door").warning("first %s last", "x" * 10**6)
+    logging.getLogger("api").warning("first %s last", "x" * 10**6)
     text = written.getvalue()
     assert len(text) < LONGEST + 20
     assert " first x" in text

@@ -98,7 +98,7 @@ class _Group:
                 del self.each[one.address]
 
 
-class Door:
+class ConnectionLimiter:
     """Counter of the connections of a service.
 
     Parameters
@@ -157,7 +157,7 @@ class Door:
 class Guarded(H11Protocol):
     """HTTP connection with limits on its time."""
 
-    door: Door
+    limiter: ConnectionLimiter
     _numbers = count()
 
     def __init__(
@@ -167,7 +167,7 @@ class Guarded(H11Protocol):
         app_state: dict[str, Any],
         _loop: asyncio.AbstractEventLoop | None = None,
     ) -> None:
-        super().__init__(config, server_state, {**app_state, _ADMIT: lambda: self.door.admit(self)}, _loop)
+        super().__init__(config, server_state, {**app_state, _ADMIT: lambda: self.limiter.admit(self)}, _loop)
         self.number = next(self._numbers)
         self.address = ""
         self._header: asyncio.TimerHandle | None = None
@@ -177,12 +177,12 @@ class Guarded(H11Protocol):
         """Start the time limit for a request."""
         super().connection_made(transport)
         self.address = network_of(self.client[0]) if self.client else ""
-        self._header = self.loop.call_later(self.door.limits.header_timeout, self._too_slow)
-        self.door.arrive(self)
+        self._header = self.loop.call_later(self.limiter.limits.header_timeout, self._too_slow)
+        self.limiter.arrive(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Remove the connection from the counts."""
-        self.door.leave(self)
+        self.limiter.leave(self)
         self._forget_header()
         self._forget_stall()
         super().connection_lost(exc)
@@ -192,9 +192,9 @@ class Guarded(H11Protocol):
         super().data_received(data)
         if self._answering():
             self._forget_header()
-            self.door.asked(self)
+            self.limiter.asked(self)
         elif self._header is None and not self.transport.is_closing():
-            self._header = self.loop.call_later(self.door.limits.header_timeout, self._too_slow)
+            self._header = self.loop.call_later(self.limiter.limits.header_timeout, self._too_slow)
 
     def pause_writing(self) -> None:
         """Start the time limit of a client that does not read."""
@@ -208,18 +208,18 @@ class Guarded(H11Protocol):
 
     def turn_out(self) -> None:
         """Close a waiting connection to make room for others."""
-        self.door.leave(self)
+        self.limiter.leave(self)
         if self._answering():
             # What has been sent of the answer may never be taken: it is not waited for.
             self.transport.abort()
         else:
-            waiting = self.door.waiting
+            waiting = self.limiter.waiting
             allowed = f"allowed {waiting.most_each} from one address and {waiting.most} in all"
             self._close("busy", f"connections that no request was let in on: found too many, {allowed}", AGAIN)
 
     def _too_slow(self) -> None:
         """Close a connection whose request did not arrive in time."""
-        self._close("too-slow", f"allowed {self.door.limits.header_timeout:g} s for the header of a request")
+        self._close("too-slow", f"allowed {self.limiter.limits.header_timeout:g} s for the header of a request")
 
     def _close(self, kind: str, detail: str, again: int | None = None) -> None:
         """Close a connection; one that has begun a request gets an error first."""
@@ -230,7 +230,7 @@ class Guarded(H11Protocol):
         self.transport.close()
 
     def _answering(self) -> bool:
-        """Tell whether a complete request is still being answered."""
+        """Return whether a complete request is still being answered."""
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is not None and not cycle.response_complete
 
@@ -245,13 +245,13 @@ class Guarded(H11Protocol):
             self._stall = None
 
 
-def watched_by(door: Door) -> type[Guarded]:
-    """Return the protocol factory of a door's connections, for uvicorn."""
+def watched_by(limiter: ConnectionLimiter) -> type[Guarded]:
+    """Return the protocol factory of limited connections, for uvicorn."""
 
     class Watched(Guarded):
         pass
 
-    Watched.door = door
+    Watched.limiter = limiter
     return Watched
 
 

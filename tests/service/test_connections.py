@@ -15,10 +15,10 @@ import httpx
 import pytest
 
 from app.client import Client
-from app.service.api import door
+from app.service.api import connections
 from app.service.api.build import create_app
+from app.service.api.connections import ConnectionLimiter, Limits, watched_by
 from app.service.api.context import Context
-from app.service.api.door import Door, Limits, watched_by
 from tests.service.knitlab_serve import QUICK, serving
 from tests.service.lab import until
 from tests.service.serving import served
@@ -40,7 +40,7 @@ PATIENCE = 240.0
 def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Start a service that asks for a token, bears few connections and waits for none."""
     limits = ("--max-connections", 8, "--max-per-address", 6, "--header-timeout", 1, "--idle-timeout", 1)
-    with serving(tmp_path_factory.mktemp("door"), "--slots", 0, *limits, KNITLAB_TOKEN=TOKEN) as (address, _):
+    with serving(tmp_path_factory.mktemp("connections"), "--slots", 0, *limits, KNITLAB_TOKEN=TOKEN) as (address, _):
         yield address
 
 
@@ -250,12 +250,12 @@ def test_admitted_connections_are_bounded_in_all_and_of_each_address(strict: str
 
 
 def test_a_client_that_takes_nothing_is_dropped(store: Store, job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(door, "STALLED", 0.3)
+    monkeypatch.setattr(connections, "STALLED", 0.3)
     folder = store.folder(job.id) / "run"
     folder.mkdir(parents=True)
     with (folder / "big.csv").open("wb") as file:
         file.truncate(64_000_000)
-    keeper = Door(Limits())
+    keeper = ConnectionLimiter(Limits())
     with served(create_app(Context(store=store)), http=watched_by(keeper)) as at:
         with connect(at) as line:
             line.sendall(f"GET /v1/jobs/{job.id}/files/run/big.csv HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
