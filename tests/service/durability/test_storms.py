@@ -124,4 +124,4 @@ def test_a_hundred_thousand_queued_jobs(lab: Lab) -> None:
     for number in range(1, 101):
         taken += database.start_queued_workflows(queue, "test", VERSION, None)[0]
         assert len(taken) == 2 * number
-    assert taken == jobs[:200]  # times: benchmarks/service.py
+    assert taken == [f"{job}.1" for job in jobs[:200]]  # the first delivery of each; times: benchmarks/service.py
