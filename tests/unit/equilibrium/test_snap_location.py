@@ -127,6 +127,8 @@ def test_where_no_short_step_passes_a_snap_the_long_one_counts(monkeypatch: pyte
 
 def test_what_sets_hardly_anything_free_is_no_snap_to_look_for(located: list[tuple[Row, Pace]]) -> None:
     (_, before), (_, after) = snap_of(located)
+    # So small a motion of the fixtures that the rule of their work is hardly wrong.
+    after = replace(after, increment=1e-6 * (after.q - before.q))
     assert snaps(before, after)
     lost = {field.name: getattr(after, field.name) for field in fields(after)}["external_work"]
     size = float(after.energies.sum()) + after.friction_work + after.viscous_work + after.snap_work
