@@ -11,7 +11,8 @@ from knitlab_core.equilibrium.continuation import continue_to_rest
 from knitlab_core.equilibrium.coupling import coupled_step
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
-from knitlab_core.equilibrium.snap_through import BRISK, THICK, come_to_rest, counted
+from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_options
+from knitlab_core.equilibrium.snap_through import BRISK, EASY_SEARCH, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
 from knitlab_core.equilibrium.viscoelastic_step import relaxed, rods_of_step
 from knitlab_core.equilibrium.workspace import Workspace
@@ -22,9 +23,6 @@ from knitlab_core.sparse.sums import inner, length
 
 MOST_MOVES = 150
 """Moves in which a snap must come to rest."""
-
-EASY = 20
-"""Iterations from which on a search may have passed a snap."""
 
 SAFE = 0.95
 """Share of the way to a neighbour's core that a guess may use."""
@@ -73,12 +71,12 @@ class Failure:
 def _guess(work: Workspace, state: State, motion: FloatArray, way: Motion, ahead: FloatArray | None) -> FloatArray:
     """Return a first guess (N, 4) of the motion, given that of the fixed unknowns.
 
-    `ahead` is the motion found in a longer step from the same state. Extrapolating the response with the curvature of
-    the path cost 3 to 10 % more iterations than the response alone.
+    `ahead` is the motion found in a longer step, from the same state or across the same snap. Extrapolating the
+    response with the curvature of the path cost 3 to 10 % more iterations than the response alone.
     """
     fixed = work.model.fixed
     if not motion.any():
-        return motion
+        return motion if ahead is None else np.where(fixed, motion, ahead)
     if ahead is not None:
         return np.where(fixed, motion, length(motion) / length(ahead * fixed) * ahead)
     if way.goes_on and state.contacts == 0:
@@ -238,12 +236,14 @@ def march(
     options: Options | None = None,
     duration: float = 0.0,
     pace: Pace | None = None,
+    locate_snaps: bool = True,
 ) -> Iterator[tuple[float, State, Report]]:
     """Follow a path of the fixed unknowns from parameter 0 to 1, yielding every equilibrium.
 
     Steps are as long as friction's path allows (`step_control`). Where a short step finds none, strands snap: they
-    come to rest with the fixtures at its end. Fused points break on the way; the equilibria before and after a break
-    are yielded too, both at its own parameter.
+    come to rest with the fixtures at its end. A longer one that passes a snap is gone again in shorter ones, so that
+    the equilibrium before the snap is near it (`snap_location`). Fused points break on the way; the equilibria before
+    and after a break are yielded too, both at its own parameter.
 
     Parameters
     ----------
@@ -261,6 +261,8 @@ def march(
         Time the whole path takes, at an even pace [s]; it matters only to rods that relax.
     pace : Pace, optional
         Where to go on from; up to date whenever an equilibrium is yielded.
+    locate_snaps : bool
+        Whether steps that pass a snap are gone again in shorter ones.
 
     Raises
     ------
@@ -272,16 +274,32 @@ def march(
     outset = Motion.of(state, path(min(1.0, pace.at + longest)) - state.q, fixed)
     control = StepControl.of(longest, pace, turns=outset.turns and state.memory.key.size > 0)
     at, ahead = pace.at, None
+    passed: PassedSnap | None = None
 
     def search(origin: State, begin: float, end: float) -> tuple[State | None, Report]:
         span = duration * (end - begin)
         guess = ahead if origin is state else None
+        if passed is not None and origin is state and end > begin:
+            return locate(passed, begin, end)
         found, report = advance(work, origin, path(end), options, duration=span, ahead=guess)
         if found is None and np.isfinite(report.residual) and control.tries_snap():
             return _snap(work, origin, path(end), options, span)
-        if found is not None and (report.continued or report.iterations > EASY):
+        slow = report.continued or report.iterations > EASY_SEARCH
+        if found is not None and (slow or snaps(origin, found, quickly=True)):
             found = counted(origin, found)
         return found, report
+
+    def locate(snap: PassedSnap, begin: float, end: float) -> tuple[State | None, Report]:
+        span = duration * (end - begin)
+        if not snap.crossed:
+            found, report = advance(work, state, path(end), trial_options(options), duration=span, ahead=ahead)
+            if found is not None and not snaps(state, found):
+                return found, report
+            if control.is_long(end - begin):
+                return None, report
+        guess = np.where(fixed, path(end), snap.beyond.q) - state.q
+        found, report = advance(work, state, path(end), options, duration=span, ahead=guess)
+        return None if found is None else counted(state, found), report
 
     while at < 1.0:
         to = goal = control.goal(at)
@@ -293,6 +311,8 @@ def march(
             found, report = search(state, at, to)
         else:
             to, found, report = reach(search, state, bonds.locate, at, to)
+        if found is None and passed is not None and (passed.crossed or not control.is_long(to - at)):
+            to, found, report = passed.to, passed.beyond, passed.report
         if found is None:
             ahead = None
             if not control.cut():
@@ -300,14 +320,26 @@ def march(
                 place = (float(x), float(y), float(z))
                 raise ConvergenceError(Failure(progress=at, report=report, position=place))
             continue
+        snapped = broken is None and found.snap_work > state.snap_work and snaps(state, found)
+        if snapped and passed is None and locate_snaps and control.is_long(to - at):
+            passed, ahead = PassedSnap(beyond=found, report=report, to=to, step=control.step), None
+            control.cut()
+            continue
         # A step that stopped at a break is not gone again.
         if to == goal and found.bonds.hold is state.bonds.hold and control.rejects(found.slip_change):
             ahead = found.increment
             continue
+        crossed = passed is not None and (snapped or broken is not None or to >= passed.to)
+        if crossed and snapped:
+            # The slip of a snap does not go on: the next step is as the first one of a march.
+            found = replace(found, increment=np.zeros_like(found.increment))
         at, state, ahead = to, found, None
         if broken is None:
             control.accept(at, found.slip_change)
-        pace.at, pace.step = at, control.step
+        if passed is not None and crossed:
+            control.step = passed.step
+            passed = None if broken is not None or at >= passed.to else replace(passed, crossed=True)
+        pace.at, pace.step, pace.resumable = at, control.step, passed is None
         yield at, state, report
 
 

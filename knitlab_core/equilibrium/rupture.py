@@ -188,7 +188,7 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
         left.dead.loads[:] = work.dead.loads + (1.0 - share) * held
         return state.q
 
-    *_, (_, found, _) = march(left, state, let_go, longest=RELEASE, options=options)
+    *_, (_, found, _) = march(left, state, let_go, longest=RELEASE, options=options, locate_snaps=False)
     # The forces at the cut are no outer loads: only the work of those that stay counts.
     put_in = state.external_work + float(np.vdot(work.dead.loads, found.q - state.q))
     found = replace(found, external_work=put_in)

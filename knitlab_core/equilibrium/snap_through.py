@@ -29,6 +29,9 @@ THINNER, THICKER = 0.25, 8.0
 EASY = 10
 """Iterations of an easy move."""
 
+EASY_SEARCH = 20
+"""Iterations from which on a search without drag may have passed a snap, however little that set free."""
+
 MOST_MOVES = 400
 
 Search = Callable[[State, float], tuple[State | None, Report]]
@@ -85,18 +88,23 @@ def counted(before: State, after: State) -> State:
     The work of fixtures is taken by the trapezium rule, which errs by no more than half the change of their force
     times their way as long as that force goes one way.
     """
-    return _with_loss(before, after) if kept(before) - kept(after) > _doubt(before, after) else after
+    return _with_loss(before, after) if kept(before) - kept(after) > doubt(before, after) else after
 
 
 def jumps_between(before: State, after: State) -> bool:
     """Return whether a fibre or a fused point broke, or strands snapped, between one equilibrium and the next."""
     broke = before.fracture_work != after.fracture_work or before.bonds.whole.sum() != after.bonds.whole.sum()
-    return broke or after.snap_work - before.snap_work > _doubt(before, after)
+    return broke or after.snap_work - before.snap_work > doubt(before, after)
 
 
-def _doubt(before: State, after: State) -> float:
+def doubt(before: State, after: State) -> float:
     """Return by how much the trapezium rule of the work of a step can be wrong [E r^3]."""
     return 0.5 * abs(inner(after.reaction - before.reaction, after.increment))
+
+
+def doubt_of_each(before: State, after: State) -> float:
+    """Return the same where the forces of fixtures may change against each other [E r^3]."""
+    return 0.5 * inner(np.abs(after.reaction - before.reaction), np.abs(after.increment))
 
 
 def _with_loss(before: State, after: State) -> State:

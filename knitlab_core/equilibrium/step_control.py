@@ -36,6 +36,9 @@ SMALLEST = 1.0 / 256.0
 SNAP = 0.25
 """Step from which on a failed search is taken for a snap, relative to the longest; cutting it further costs more."""
 
+LOCATED = 1.0 / 64.0
+"""Longest step that may pass a snap, relative to the longest: no row before a snap is farther from it."""
+
 LONGEST_RATIO = 2.5
 """Largest ratio of a step to the one before that tells how slip, or the configuration, goes on."""
 
@@ -108,10 +111,13 @@ class Pace:
         Parameter of the last equilibrium.
     step : float or None
         Length of the next step; None at the start of a march.
+    resumable : bool
+        Whether another march can go on from there; not while the place of a snap is searched for.
     """
 
     at: float = 0.0
     step: float | None = None
+    resumable: bool = True
 
 
 @dataclass(slots=True)
@@ -144,6 +150,10 @@ class StepControl:
         steps = at / self.step
         to = at + self.step if abs(steps - round(steps)) < 1e-6 else self.step * float(np.ceil(steps))
         return 1.0 if to > 1.0 - 1e-9 else to
+
+    def is_long(self, step: float) -> bool:
+        """Whether a step is too long to pass a snap."""
+        return step > 1.5 * LOCATED * self.longest
 
     def tries_snap(self) -> bool:
         """Whether a search that failed is taken for one of strands that snap: at a short step, and at the shortest."""

@@ -18,7 +18,7 @@ from rigs.machines.rig import read
 from rigs.protocol.strokes import PRELOAD_REACH
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
     from rigs.control.session import Session
     from rigs.control.setpoint_search import ControlledPoint
@@ -40,6 +40,9 @@ FARTHEST: Final = 20.0
 
 FEW: Final = 12
 """Most trials after a fibre broke under a controlled force; fibres that take over its load do so within them."""
+
+AFTER_JUMP: Final = 1.0 / 16.0
+"""Part of the way to the next row by which a row comes after a jump of the specimen; half the way to the next jump."""
 
 MOST_FAILURES: Final = 3
 """Most failures of the solver on the way to the next row."""
@@ -110,15 +113,14 @@ def _peaks(
     """Yield the rows right before the specimen jumps before a share; return what ends the test at one.
 
     A jump comes when a controlled force is what it was then, or else when the crosshead of the axis that goes farthest
-    is where it was. Between two jumps before one share several axes do not meet their setpoints: then the first peak
-    alone is a row.
+    is where it was.
     """
     session, stroke = setpoints.session, setpoints.stroke
     begun, start, peaks = setpoints.time(setpoints.share), session.crosshead, settled.step.peaks
     carried = read(session.rig, session.state).force
     rising = [axis for axis, (first, last) in stroke.force.items() if first != last and setpoints.share >= 0.0]
     far = max(session.rig.grips, key=lambda axis: abs(settled.crosshead[axis] - start[axis]) / session.rig.gauges[axis])
-    for peak in peaks if len(session.rig.grips) == 1 else peaks[:1]:
+    for peak in peaks:
         crosshead = setpoints.crosshead(peak, share)
         if rising:
             ends = (read(step.rig, step.state).force[rising[0]] for step in (peak, settled.step))
@@ -166,14 +168,15 @@ def _approach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, floa
 def _within_reach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, float]:
     """Return the equilibrium at a share, or so far before it that axes may go there from row to row.
 
-    Where they must travel too far, or what is asked is not met, the share is halved. It is not met where even the
-    shortest has no such equilibrium; machines and axes without a controller go as far as they jump.
+    Where they must travel too far, or what is asked is not met, the share is halved; where the specimen jumps on the
+    way, it ends soon after the first jump. It is not met where even the shortest has no such equilibrium; machines and
+    axes without a controller go as far as they jump.
     """
     begin, finest, session = setpoints.share, setpoints.finest(), setpoints.session
     controlled, limited = setpoints.stroke.force, setpoints.open_ended or setpoints.share < 0.0
     failures = 0
     while True:
-        shortest, found = share - begin <= 1.01 * finest, None
+        shortest, found, part = share - begin <= 1.01 * finest, None, None
         try:
             found = setpoints.settle(share, FARTHEST if shortest else REACH, unbroken=bool(controlled))
             if shortest and not found.met and controlled and breaks(session, found.step):
@@ -192,11 +195,27 @@ def _within_reach(setpoints: Setpoints, share: float) -> tuple[ControlledPoint, 
             )
             # Under a controlled force a break that ends the test may be beyond the setpoint.
             if found.met and not far and (shortest or not (controlled and found.step.final)):
-                return found, share
-            if shortest:
+                part = _after_jump(found.step.jumps, alone=not controlled)
+                if shortest or part is None:
+                    return found, share
+            elif shortest:
                 return replace(found, met=False), share
-        share = max(begin + 0.5 * (share - begin), begin + finest)
-        setpoints.pace, setpoints.shortened = share - begin, True
+        share = max(begin + (part or 0.5) * (share - begin), begin + finest)
+        if part is None:
+            setpoints.pace, setpoints.shortened = share - begin, True
+
+
+def _after_jump(jumps: Sequence[float], *, alone: bool) -> float | None:
+    """Return the part of a way on which the specimen jumps that ends after the first jump; None where it is all of it.
+
+    Of a jump `alone` the row after it is close as well. A controlled force is lost in it, and regained later.
+    """
+    if not jumps:
+        return None
+    first, second = jumps[0], jumps[1] if len(jumps) > 1 else 1.0
+    if len(jumps) == 1 and not (alone and 1.0 - first > 2.0 * AFTER_JUMP):
+        return None
+    return first + min(AFTER_JUMP, 0.5 * (second - first))
 
 
 def _before(setpoints: Setpoints) -> float:

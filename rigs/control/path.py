@@ -47,9 +47,11 @@ class PathPoint:
     final : bool
         Whether the test ends with that break.
     place : PathPosition or None
-        Position from which the path can be resumed; None where a fibre breaks.
+        Position from which the path can be resumed; None where a fibre breaks, or right before strands snap.
     peaks : tuple of PathPoint
         The equilibria right before the specimen jumped on the path to this one, without the one at its start.
+    jumps : tuple of float
+        Shares of the path at which it jumped, that at its start too [1].
     """
 
     share: float
@@ -61,6 +63,7 @@ class PathPoint:
     final: bool = False
     place: PathPosition | None = None
     peaks: tuple[PathPoint, ...] = ()
+    jumps: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,10 +103,17 @@ def between(start: Displacement, end: Displacement, share: float) -> dict[Axis, 
     return {axis: start[axis] + share * (end[axis] - start[axis]) for axis in end}
 
 
-def peaks_of(steps: Sequence[PathPoint]) -> tuple[PathPoint, ...]:
-    """Return the equilibria after which the specimen jumps; of several at one displacement that before the first."""
-    jumps = [False, *(jumps_between(before.state, after.state) for before, after in pairwise(steps))]
-    return tuple(steps[k] for k, jump in enumerate(jumps[1:]) if jump and not jumps[k])
+def with_jumps(start: State, steps: Sequence[PathPoint]) -> PathPoint:
+    """Return the last point of a path with the jumps of the specimen on it; several at one displacement are one."""
+    states = [start, *(step.state for step in steps)]
+    shares = [0.0, *(step.share for step in steps)]
+    before = [
+        number
+        for number, (state, after) in enumerate(pairwise(states))
+        if jumps_between(state, after) and not (number and shares[number] == shares[number - 1])
+    ]
+    peaks = tuple(steps[number - 1] for number in before if number)
+    return replace(steps[-1], peaks=peaks, jumps=tuple(shares[number] for number in before))
 
 
 def follow(rig: Rig, state: State, axis_path: AxisPath, place: PathPosition = START) -> Iterator[PathPoint]:
@@ -153,7 +163,7 @@ def _whole(rig: Rig, state: State, axis_path: AxisPath, place: PathPosition) -> 
             state=reached,
             report=report,
             rig=rig,
-            place=here,
+            place=here if pace.resumable else None,
         )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.control.checkpoint import checkpoint_of
-from rigs.control.path import AxisPath, follow, peaks_of
+from rigs.control.path import AxisPath, follow, with_jumps
 from rigs.control.resume_point import END, START
 from rigs.control.stop_criteria import StopReason
 from rigs.instruments.channels import overloaded
@@ -156,7 +156,7 @@ class Session:
         strain = self.strain(self.displacement, goal)
         longest = 1.0 if increment is None or strain == 0.0 else min(1.0, increment / strain)
         steps = list(follow(self.rig, self.state, self._axis_path(self.displacement, goal, longest, duration), START))
-        return replace(steps[-1], peaks=peaks_of(steps))
+        return with_jumps(self.state, steps)
 
     def _axis_path(self, start: Displacement, goal: Displacement, longest: float, duration: float) -> AxisPath:
         return AxisPath(

@@ -10,17 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigs.instruments.channels import Instrument, measure, measured_parts
+from rigs.instruments.channels import measure, measured_parts
 from rigs.instruments.samples import merged
 from rigs.jumps import joined, jump_times, jumped, parted
 from rigs.logs.catalogue import LOGS
-from rigs.logs.logged import Logged
-from rigs.logs.writer import write_log
 from rigs.record import trace_of
+from tests.logged_forces import logged_forces
 from tests.synthetic_run import SIZE, row, stage_instrument
 
 if TYPE_CHECKING:
-    from rigs.axes import FloatArray
     from rigs.record import Equilibrium, Trace
 
 PEAK, DROP, AT = 2.0, 0.5, 1.234
@@ -94,40 +92,9 @@ def test_a_test_that_ends_with_a_jump_shows_it(kind: str) -> None:
     assert samples.measured["XForce"][-2:] == pytest.approx([PEAK - AT + 1.2, DROP])
 
 
-def numbers(dialect: str) -> FloatArray:
-    """Return the largest loads and the steepest falls of a column of forces, as a dialect shows them [N]."""
-    log = LOGS[dialect]
-    machine = stage_instrument(10.0)
-    frame = replace(
-        machine,
-        name=log.machines[0] if log.machines[0] != "biaxial-hook" else "uniaxial-frame",
-        channels=tuple(
-            replace(channel, name=channel.name[1:]) for channel in machine.channels if channel.name.startswith("X")
-        ),
-    )
-    # The clock of the stage is late, so that no sample of the two is at one time.
-    instruments: list[Instrument] = [replace(machine, offset=0.033, skew=1e-3), frame]
-    samples = {one.name: measure(one, pull("fracture_work"), seed=0, noise=False) for one in instruments}
-    facts = {"started": "2018-11-13T17:14:09+01:00", "rig.convention.temperature": 22.0, "rig.carriage.compliance": 0.0}
-    parts, known = log.gather(Logged(sample="s", size=SIZE, samples=samples, facts=facts))
-    lines = list(parts)
-    name = {"biotester": "XForce", "triaxial": "biaxial-hook.XForce", "bluehill-universal": "Force"}.get(
-        dialect, "Load"
-    )
-    if dialect.startswith("alemnis"):
-        texts = [str(value) for part in lines for value in part["Raw load"]]
-        return np.array(
-            [float(text[:-1]) * {"m": 1e-3, "u": 1e-6}[text[-1]] if text[-1] in "mu" else float(text) for text in texts]
-        )
-    assert b"".join(write_log(log.dialect, lines, known))
-    if "Load" in known:
-        assert known["Load"] == pytest.approx(PEAK - AT + 1.2)
-    return np.array([float(str(value)) for part in lines for value in part[name]])
-
-
 @pytest.mark.parametrize("dialect", LOGS)
 def test_every_dialect_shows_the_peak_and_drops_within_a_sample(dialect: str) -> None:
-    force = numbers(dialect)
+    force = logged_forces(dialect, pull("fracture_work"))
     peak = int(np.argmax(force))
     assert PEAK - 0.1 <= force[peak] <= PEAK
     assert DROP <= force[peak + 1] <= DROP + 0.1

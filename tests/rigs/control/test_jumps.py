@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FUSED = Path(__file__).parents[3] / "examples" / "fused_small.yaml"
 
 
-def pull(others: Literal["hold", "free"], strain: float) -> tuple[Trace, Instrument]:
+def pull(others: Literal["hold", "free"], strain: float, increment: float = 0.02) -> tuple[Trace, Instrument]:
     """Pull a fused knit along the course; the wale stands, or gives way so that its place is searched for."""
     example = load(FUSED).protocol
     ramp = Ramp(axes=("C",), to=Target(kind="strain", value=strain), rate=StrainRate(value=1e-2))
@@ -34,7 +34,7 @@ def pull(others: Literal["hold", "free"], strain: float) -> tuple[Trace, Instrum
         example,
         others=others,
         steps=(ramp,),
-        max_strain_increment=0.02,
+        max_strain_increment=increment,
         specimen=replace(example.specimen, nodes_per_loop=16),
     )
     rig, state = mount(make_specimen(test.specimen), test, machines_of(test))
@@ -62,3 +62,19 @@ def test_the_peak_before_a_break_reaches_the_log(others: Literal["hold", "free"]
     assert shown[at] == pytest.approx(force[first - 1], abs=1.5 * rise / 100.0)
     assert shown[at + 1] < 0.7 * force[first - 1]
     assert np.all(np.diff(shown[: at + 1]) > 0.0)
+
+
+def test_two_breaks_before_one_row_of_a_search_have_a_peak_each() -> None:
+    trace, _ = pull("free", 0.08, increment=0.04)
+    columns = trace.columns
+    time, force, broken = columns["time"], columns["force_C"], columns["bonds_broken"]
+    after = np.flatnonzero(jumped(trace))
+    # Asked for every 4 s, rows of this pull held two breaks of one point each between them.
+    assert broken[after].tolist() == [1.0, 2.0]
+    assert (broken[after] - broken[after - 1]).tolist() == [1.0, 1.0]
+    assert np.all(force[after] < 0.7 * force[after - 1])
+    # Between them the force rises again, and the free axis carries nothing once it has settled.
+    assert force[after[1] - 1] > force[after[0]]
+    assert np.abs(columns["force_W"][after]).max() < 1e-3 * force.max()
+    # The row after a break comes soon: it is no more than a few steps of the controller late.
+    assert np.all(time[after] - time[after - 1] < 0.1 * 4.0)
