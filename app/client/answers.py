@@ -16,7 +16,8 @@ FINAL: Final = frozenset({"succeeded", "failed", "cancelled"})
 class Progress:
     """Progress of a job: share done [1], current activity, strain [1] and force [N] by axis, time left [s].
 
-    `crossings` says where a fibre passed a limit of its material: row, time [s], strain [1], and `text` for people.
+    `crossings` says where a fibre passed a limit of its material: row, time [s], strain [1], and `text` for people;
+    `losses` the same of clasps that let go.
     """
 
     share: float = 0.0
@@ -26,6 +27,7 @@ class Progress:
     seconds_left: float | None = None
     rows: int = 0
     crossings: Sequence[Mapping[str, Any]] = ()
+    losses: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
