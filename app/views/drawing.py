@@ -7,7 +7,6 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from app import beside
-from app.records.reader import RunReader
 
 if TYPE_CHECKING:
     import subprocess
@@ -35,12 +34,24 @@ def draw_pictures(record: Path, name: str) -> None:
     name : str
         What the names of the files begin with.
     """
-    from app.views.plots import stress_strain_plot  # noqa: PLC0415
-    from app.views.renders import knit_frames  # noqa: PLC0415 (matplotlib: only where something is drawn)
+    draw_curves(record, name)
+    draw_knit(record, name)
 
-    run = RunReader(record)
-    stress_strain_plot(run, record.with_name(f"{name}_stress_strain.png"))
-    knit_frames(run, record.with_name(f"{name}_knit.png"))
+
+def draw_curves(record: Path, name: str) -> None:
+    """Draw the plot, as `draw_pictures` says."""
+    from app.records.reader import RunReader  # noqa: PLC0415 (the process that draws is to be started before)
+    from app.views.plots import stress_strain_plot  # noqa: PLC0415 (matplotlib: only where something is drawn)
+
+    stress_strain_plot(RunReader(record), record.with_name(f"{name}_stress_strain.png"))
+
+
+def draw_knit(record: Path, name: str) -> None:
+    """Draw the knit, as `draw_pictures` says."""
+    from app.records.reader import RunReader  # noqa: PLC0415
+    from app.views.renders import knit_frames  # noqa: PLC0415
+
+    knit_frames(RunReader(record), record.with_name(f"{name}_knit.png"))
 
 
 def draw_here(record: Path, name: str) -> Callable[[], None]:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from importlib import import_module
 from pathlib import Path
 from queue import Empty
 from typing import Final
 
 from app import beside
-from app.views.drawing import DRAWN, IDLE_SECONDS, draw_pictures
+from app.views.drawing import DRAWN, IDLE_SECONDS, draw_curves, draw_knit, draw_pictures
+from knitlab_core.threads import thread_count
 
 AHEAD: Final = (
     "matplotlib.backends.backend_agg",
@@ -41,9 +43,20 @@ def main() -> None:
         record, name = json.loads(asked.get(timeout=IDLE_SECONDS))
     except Empty:
         return
-    draw_pictures(Path(record), name)
+    _draw(Path(record), name)
     answers.write(DRAWN)
     answers.flush()
+
+
+def _draw(record: Path, name: str) -> None:
+    """Draw the curves in a copy of this process while this one draws the knit, or one after the other."""
+    if sys.platform != "linux" or thread_count() == 1:
+        draw_pictures(record, name)
+        return
+    copy = beside.Copy(lambda: draw_curves(record, name))
+    draw_knit(record, name)
+    if not copy.ended_well():
+        draw_curves(record, name)
 
 
 if __name__ == "__main__":
