@@ -12,7 +12,7 @@ from queue import Queue
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 
 def import_path(environment: Mapping[str, str]) -> str:
@@ -45,6 +45,40 @@ def end(process: subprocess.Popen[bytes]) -> None:
     process.kill()
     with suppress(OSError):
         process.communicate()
+
+
+class Copy:
+    """A copy of this process that does one thing and ends; it ends too when this one does.
+
+    On Linux alone: elsewhere libraries may not be used in a copy. The copy has no other threads than the caller's.
+    """
+
+    def __init__(self, work: Callable[[], None]) -> None:
+        alive, self._held = os.pipe()
+        self._pid = os.fork()
+        if self._pid:
+            os.close(alive)
+            return
+        os.close(self._held)
+        threading.Thread(target=_end_with, args=(alive,), daemon=True).start()
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+
+    def ended_well(self) -> bool:
+        """Wait for the end of the copy; tell whether its work was done."""
+        _, status = os.waitpid(self._pid, 0)
+        os.close(self._held)
+        return os.waitstatus_to_exitcode(status) == 0
+
+
+def _end_with(alive: int) -> None:
+    """End this process when nobody holds the other end of a pipe."""
+    os.read(alive, 1)
+    os._exit(1)
 
 
 def listen() -> Queue[bytes]:

@@ -314,7 +314,7 @@ def full(sizes: Sequence[float], seed: int) -> None:
             subprocess.run(mount, check=True)
             try:
                 ended = knitlab("run", folder / "disk.yaml", "--out", disk / "Run", "-q", pictures=True)
-                kept = _rows(disk / "Run")
+                kept = rows_of(disk / "Run")
                 room = ["mount", "-o", "remount,size=64m", str(disk)]
                 subprocess.run(room, check=True)
                 verdict = ended.verdict
@@ -331,7 +331,8 @@ def full(sizes: Sequence[float], seed: int) -> None:
     show(table)
 
 
-def _rows(run: Path) -> int | None:
+def rows_of(run: Path) -> int | None:
+    """Return how many rows the record of a run holds; None if it cannot be read."""
     from app.records.reader import RunReader
     from knitlab_core.errors import KnitlabError
 

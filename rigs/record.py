@@ -14,7 +14,7 @@ from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.axes import AXES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from rigs.axes import Axis, FloatArray, IntArray
 
@@ -77,6 +77,8 @@ class Equilibrium:
         Stored in fused points [J], and set free by those that broke since the start [J].
     bonds_whole, bonds_broken : int
         Fused points that hold, and that broke.
+    clasps : Mapping
+        Clasps that hold, by what they join: ``rows``, and ``layers`` of a volumetric knit; empty where unknown.
     fibre_strain : float
         Largest strain at the surface of any fibre, |axial| + r |bending| [1].
     residual : float
@@ -113,6 +115,7 @@ class Equilibrium:
     bond_released: float = 0.0
     bonds_whole: int = 0
     bonds_broken: int = 0
+    clasps: Mapping[str, int] = field(default_factory=dict)
     fibre_strain: float = 0.0
     residual: float
     contacts: int
@@ -199,8 +202,8 @@ class Outcome:
     unfinished: Cost = field(default_factory=Cost)
 
 
-def units(axes: Sequence[Axis]) -> dict[str, str]:
-    """Return the SI unit of every column of an `Equilibrium` on some axes, in its order."""
+def units(axes: Sequence[Axis], clasps: Iterable[str] = ()) -> dict[str, str]:
+    """Return the SI unit of every column of an `Equilibrium` on some axes, in its order, with the clasps of a knit."""
     return {
         "time": "s",
         **{f"displacement_{axis}": "m" for axis in axes},
@@ -220,6 +223,7 @@ def units(axes: Sequence[Axis]) -> dict[str, str]:
         "bond_released": "J",
         "bonds_whole": "1",
         "bonds_broken": "1",
+        **{f"clasps_{joined}": "1" for joined in clasps},
         "fibre_strain": "1",
         "residual": "1",
         "contacts": "1",

@@ -11,6 +11,7 @@ from app.checks.log_size import row_size
 from app.schemas import load
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import clasp_counts
 from rigs.control.log_rate import require_rates
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.machines.wires import require_room
@@ -48,6 +49,8 @@ class SpecimenFacts:
     locking_strain : float or None
         Estimated equibiaxial strain at which a loop has used up its yarn [1]; None where loops are
         not all alike.
+    clasps : Mapping
+        Heads that hold a loop, by what is joined: ``rows``, and ``layers`` of a volumetric knit; empty where unknown.
     """
 
     nodes: int
@@ -56,6 +59,7 @@ class SpecimenFacts:
     fibre_radius: float
     gauge_lengths: Mapping[Axis, float]
     locking_strain: float | None
+    clasps: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,6 +147,7 @@ def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
         fibre_radius=specimen.radius,
         gauge_lengths=gauge_lengths(specimen, plated),
         locking_strain=budgets[0].locking if len(budgets) == 1 else None,
+        clasps=clasp_counts(specimen),
     )
 
 

@@ -36,17 +36,20 @@ def run(
 
     Ctrl-C keeps what was recorded, and `knitlab resume` goes on.
     """
-    from app.checks.dry_run import dry_run  # noqa: PLC0415
-    from app.cli.tables import Bar, print_result, result_data  # noqa: PLC0415
-    from app.runs.use_cases import run_protocol  # noqa: PLC0415
-    from app.schemas import load  # noqa: PLC0415
     from app.views.drawing import drawer  # noqa: PLC0415
-    from app.views.tables import print_json  # noqa: PLC0415
 
-    loaded = load(protocol, values_of(chosen)).one_test()
-    warn(protocol, dry_run(loaded).warnings)
-    with Bar(hidden=quiet, began=BEGAN) as bar, drawer(wanted=pictures) as draw:
-        result = run_protocol(loaded, out, bar.show, draw=draw, began=BEGAN)
+    # What draws takes about as long to import as what computes, so it begins first.
+    with drawer(wanted=pictures) as draw:
+        from app.checks.dry_run import dry_run  # noqa: PLC0415
+        from app.cli.tables import Bar, print_result, result_data  # noqa: PLC0415
+        from app.runs.use_cases import run_protocol  # noqa: PLC0415
+        from app.schemas import load  # noqa: PLC0415
+        from app.views.tables import print_json  # noqa: PLC0415
+
+        loaded = load(protocol, values_of(chosen)).one_test()
+        warn(protocol, dry_run(loaded).warnings)
+        with Bar(hidden=quiet, began=BEGAN) as bar:
+            result = run_protocol(loaded, out, bar.show, draw=draw, began=BEGAN)
     if as_json:
         print_json(result_data(result))
     else:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from app.views.tables import console_of, figures_data, print_crossings, print_figures, print_steps
+from app.views.tables import console_of, figures_data, print_crossings, print_figures, print_losses, print_steps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,6 +68,7 @@ def result_data(result: RunResult) -> dict[str, Any]:
         "message": result.message,
         "folder": str(result.folder),
         "crossings": [one.data() for one in result.crossings],
+        "losses": [one.data() for one in result.losses],
         "figures": figures_data(result.figures),
         "steps": [asdict(step) for step in result.steps],
     }
@@ -78,6 +79,7 @@ def print_result(result: RunResult) -> None:
     console = console_of()
     console.print(f"outcome: {result.outcome}; folder: {result.folder}", soft_wrap=True)
     print_crossings(result.crossings)
+    print_losses(result.losses)
     print_steps(result.steps)
     print_figures(result.figures)
 
@@ -93,6 +95,7 @@ def sweep_data(result: SweepResult) -> dict[str, Any]:
             "message": one.message,
             "skipped": one.skipped,
             "crossings": [crossing.data() for crossing in one.crossings],
+            "losses": [loss.data() for loss in one.losses],
             "figures": figures_data(one.figures),
         }
         for one in result.points
@@ -110,6 +113,8 @@ def print_sweep(result: SweepResult) -> None:
     for one in result.points:
         for crossing in one.crossings:
             console_of().print(f"{one.point.label}: beyond strength: {crossing}", soft_wrap=True)
+        for loss in one.losses:
+            console_of().print(f"{one.point.label}: let go: {loss}", soft_wrap=True)
     for name, path in (("table", result.table), *(("plot", path) for path in (result.plot, *result.plots))):
         console_of().print(f"{name}: {path}", soft_wrap=True)
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.records.reader import RunReader
+    from rigs.instruments.samples import Table
     from rigs.logs.logged import Log
 
 
@@ -59,11 +60,12 @@ def export_run(
     load_extensions()
     run = read_run(place)
     folder = run.path.parent if out is None else out
-    names = defaults(samples_of(run)) if dialect is None else [dialect]
-    if not names:
-        raise SpecificationError("run.equilibria", "none", "a run with a row or more")
     wanted = _units(units)
-    return tuple(export_log(run, folder, name, locale=locale, units=wanted) for name in names)
+    with samples_of(run) as samples:
+        names = defaults(samples) if dialect is None else [dialect]
+        if not names:
+            raise SpecificationError("run.equilibria", "none", "a run with a row or more")
+        return tuple(_export(run, samples, folder, name, locale=locale, units=wanted) for name in names)
 
 
 def _units(text: str | None) -> dict[str, str]:
@@ -79,7 +81,8 @@ def _units(text: str | None) -> dict[str, str]:
 
 def export_logs(run: RunReader, folder: Path) -> tuple[Path, ...]:
     """Write the log of every instrument of a run in its own dialect, under the instrument's file names."""
-    return tuple(export_log(run, folder, dialect) for dialect in defaults(samples_of(run)))
+    with samples_of(run) as samples:
+        return tuple(_export(run, samples, folder, dialect) for dialect in defaults(samples))
 
 
 def export_log(
@@ -112,11 +115,24 @@ def export_log(
         machine was no part of its rig.
     """
     load_extensions()
+    with samples_of(run) as samples:
+        return _export(run, samples, folder, dialect, locale=locale, units=units)
+
+
+def _export(
+    run: RunReader,
+    samples: Mapping[str, Table],
+    folder: Path,
+    dialect: str,
+    *,
+    locale: str = "en",
+    units: Mapping[str, str] | None = None,
+) -> Path:
+    """Write the log of one instrument from the samples of a run's instruments, as `export_log` does."""
     if dialect not in LOGS:
         raise SpecificationError("dialect", dialect, f"one of {', '.join(LOGS)}")
     log = LOGS[dialect]
     shown = localised(in_units(log.dialect, {} if units is None else units), locale)
-    samples = samples_of(run)
     for machine in log.machines:
         if machine not in samples:
             found = ", ".join(samples) or "none"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import h5py
 
 from app.records.seal import require_intact
+from app.records.staged_file import StagedFile, is_between
 from app.records.storage import fault_of
 from knitlab_core.errors import FormatError
 
@@ -52,8 +53,12 @@ def reading(path: Path, what: str, *, sealed: bool = True) -> Iterator[h5py.File
     if sealed:
         require_intact(path, what)
     try:
-        with h5py.File(path, "r", locking=False) as file:
-            yield file
+        if is_between(path):
+            with StagedFile(path, writing=False) as whole, h5py.File(whole, "r") as file:
+                yield file
+        else:
+            with h5py.File(path, "r", locking=False) as file:
+                yield file
     except DAMAGED as error:
         if (number := fault_of(error)) is not None:
             raise OSError(number, os.strerror(number), str(path)) from error

@@ -13,11 +13,12 @@ from app.records.h5_read import reading
 from app.records.row_checksum import CHECKSUM
 from app.records.staged_file import new_hdf5
 from app.records.vtkhdf import make_frames
+from rigs.analysis.clasps import COLUMN
 from rigs.protocol.bounds import LONGEST_LABEL
 from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from rigs.analysis.material_limits import MaterialLimit
@@ -51,7 +52,7 @@ _WHOLE = frozenset({"contacts", "iterations", "factorisations", "cycle", "bonds_
 _COUNTS = ("NSteps",)
 
 
-def make_record(
+def make_record(  # noqa: PLR0913 (each is a part of the record)
     path: Path,
     *,
     protocol: str,
@@ -64,6 +65,7 @@ def make_record(
     plates: tuple[IntArray, IntArray] | None = None,
     wires: int = 0,
     limits: Sequence[MaterialLimit] = (),
+    clasps: Iterable[str] = (),
 ) -> Path:
     """Create the record of a run without rows, atomically.
 
@@ -91,6 +93,8 @@ def make_record(
         Wires that the knit hangs on.
     limits : sequence of MaterialLimit
         Limits of the material whose first crossing the record names.
+    clasps : iterable of str
+        What the knit's clasps join, ``rows`` or ``layers``; empty where they are unknown.
 
     Returns
     -------
@@ -109,7 +113,7 @@ def make_record(
         file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
         file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TAG)
         file.attrs.update({**provenance, **facts})
-        _make_equilibria(file, axes)
+        _make_equilibria(file, axes, clasps)
         for name, nodes in zip(PLATES, plates or (), strict=False):
             file.create_dataset(f"plates/{name}", data=nodes)
         make_frames(file, axes, strands, wires)
@@ -171,10 +175,10 @@ def _phase_and_tag(table: h5py.Group, packing: Mapping[str, object] | None = Non
     _column(table, "tag", "i4", packing=packing)
 
 
-def _make_equilibria(file: h5py.File, axes: Sequence[Axis]) -> None:
+def _make_equilibria(file: h5py.File, axes: Sequence[Axis], clasps: Iterable[str]) -> None:
     table = file.create_group("equilibria")
-    for name, unit in units(axes).items():
-        _column(table, name, "i8" if name in _WHOLE else "f8", unit)
+    for name, unit in units(axes, clasps).items():
+        _column(table, name, "i8" if name in _WHOLE or name.startswith(COLUMN) else "f8", unit)
     _phase_and_tag(table)
     _column(table, CHECKSUM, "u4")
     table[CHECKSUM].attrs["meaning"] = "CRC-32 of the row; see app/records/row_checksum.py"

@@ -19,6 +19,7 @@ from app.records.vtkhdf import read_frames
 from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
+from rigs.analysis.clasps import count_clasps
 from rigs.analysis.cycles import effective_strain
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.axes import AXES
@@ -87,6 +88,8 @@ class RunReader:
         Whether the run is going on, or was killed: no end is recorded.
     crossings : tuple of LimitCrossing
         Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
+    losses : tuple of ClaspLoss
+        Where clasps of the knit let go, in the order of time; empty in records that do not count them.
     outcome : Outcome
         How the run ended; ``abort`` if no end is recorded.
 
@@ -118,6 +121,7 @@ class RunReader:
             self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
             self.crossings = _read_crossings(file, self.trace)
+            self.losses = tuple(count_clasps(self.trace, self.size).losses)
             self.outcome = _read_outcome(file["outcome"], len(self.trace))
 
     @property

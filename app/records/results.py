@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from knitlab_core.equilibrium.stopwatch import Cost
+from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures, stress_strain
 from rigs.analysis.material_limits import crossings, limits_of
 from rigs.instruments.channels import Zeroing
@@ -75,6 +76,7 @@ def run_figures(
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
+        *_clasps(trace),
     ]
     return tuple(figure for figure in found if isfinite(figure[1]))
 
@@ -181,6 +183,12 @@ def _soundness(trace: Trace) -> Iterator[Figure]:
         yield "fused points broken", float(trace.columns["bonds_broken"][-1]), "1"
     yield "largest strain of a fibre", float(trace.columns["fibre_strain"].max()), "1"
     yield "worst residual", float(trace.columns["residual"].max()), "1"
+
+
+def _clasps(trace: Trace) -> Iterator[Figure]:
+    for joined, held in clasps_of(trace).items():
+        yield f"clasps between {joined}, as mounted", float(held[0]), "1"
+        yield f"clasps between {joined}, fewest", float(held.min()), "1"
 
 
 def _limits(found: Sequence[LimitCrossing]) -> Iterator[Figure]:

@@ -2,20 +2,24 @@
 
 HDF5 does not survive a write that fails: its file is torn, and the process dies of SIGSEGV when it lets go of it. So it
 writes to a `StagedFile`, which never fails, and `commit` brings to the disk what has been written since the last one:
-first what makes the file longer, then what changes bytes that are there. Only the first can find a full disk, and is
-then taken back; the file on the disk is the one of the last commit.
+first what makes the file longer, with a list of what will change behind it, then what changes bytes that are there.
+Only the first can find a full disk, and is then taken back; the file on the disk is the one of the last commit. Where
+a change fails (an I/O error, a stale handle, a kill) the list stays behind the file, and who opens it next makes the
+changes, or reads the file as if they were made.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
-from contextlib import contextmanager
+import struct
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, Self
 
 import h5py
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
     from types import TracebackType
 
@@ -27,6 +31,14 @@ _SPILL: Final = 64 * 2**20
 _PIECE: Final = 2**20
 """Bytes that are written at once where a file grows."""
 
+_MARK: Final = b"knitlab changes\n"
+_DIGEST: Final = 16
+_PLACE: Final = struct.Struct("<QQ")
+"""Offset and length of a change that is listed behind a file."""
+
+_END: Final = struct.Struct(f"<Q{_DIGEST}s{len(_MARK)}s")
+"""End of such a list: its length, its digest, and what tells it from a file without one."""
+
 
 class StagedFile:
     """A file object for `h5py.File` whose changes are kept in memory until they are committed.
@@ -35,13 +47,20 @@ class StagedFile:
     ----------
     path : Path
         The file, which must be there.
+    writing : bool
+        Whether it may be changed.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("r+b", buffering=0)
-        self._stored = self._size = self._file.seek(0, io.SEEK_END)  # bytes committed to the disk; bytes in all
+    def __init__(self, path: Path, *, writing: bool = True) -> None:
+        self._file = path.open("r+b" if writing else "rb", buffering=0)
+        size, left = _left_changes(self._file)
+        self._stored = self._size = size  # bytes committed to the disk; bytes in all
         self._position = 0
-        self._staged: list[tuple[int, bytes]] = []
+        self._staged: list[tuple[int, bytes]] = [] if writing else left
+        if writing and left:
+            for offset, piece in left:
+                _put(self._file, offset, piece)
+            self._file.truncate(size)
         self._bytes = 0
         self._full = False
 
@@ -101,19 +120,31 @@ class StagedFile:
             If that fails. A file that could not grow is as it was after the last commit.
         """
         before = self._stored
+        changes = [(offset, piece[: before - offset]) for offset, piece in self._staged if offset < before]
         try:
             for begin in range(before, self._size, _PIECE):
-                self._put(begin, self._at(begin, min(_PIECE, self._size - begin)))
+                _put(self._file, begin, self._at(begin, min(_PIECE, self._size - begin)))
         except OSError:
-            self._file.truncate(before)
+            with suppress(OSError):  # what is longer than HDF5 knows does no harm
+                self._file.truncate(before)
             raise
         self._stored = self._size
-        for offset, piece in self._staged:
-            if offset < before:
-                self._put(offset, piece[: before - offset])
+        self._list(changes)
+        for offset, piece in changes:
+            _put(self._file, offset, piece)
         self._file.truncate(self._size)
         self._staged.clear()
         self._bytes, self._full = 0, False
+
+    def _list(self, changes: Sequence[tuple[int, bytes]]) -> None:
+        """List changes behind the file; without room for that they are made all the same, since they need none."""
+        listed = _listed(changes)
+        try:
+            _put(self._file, self._size, listed)
+            self._file.truncate(self._size + len(listed))
+        except OSError:
+            with suppress(OSError):
+                self._file.truncate(self._size)
 
     def fileno(self) -> int:
         """Return the descriptor of the file on the disk."""
@@ -145,12 +176,47 @@ class StagedFile:
                 found[first - offset : last - offset] = piece[first - begin : last - begin]
         return found
 
-    def _put(self, offset: int, data: Buffer) -> None:
-        """Write bytes to the disk, all of them."""
-        view = memoryview(data)
-        self._file.seek(offset)
-        while view:
-            view = view[self._file.write(view) or 0 :]
+
+def _put(file: io.FileIO, offset: int, data: Buffer) -> None:
+    """Write bytes to the disk, all of them."""
+    view = memoryview(data)
+    file.seek(offset)
+    while view:
+        view = view[file.write(view) or 0 :]
+
+
+def _listed(changes: Sequence[tuple[int, bytes]]) -> bytes:
+    """Return changes as they are kept behind a file: each its place, length and bytes; then length, digest, mark."""
+    body = b"".join(part for offset, piece in changes for part in (_PLACE.pack(offset, len(piece)), piece))
+    return body + _END.pack(len(body), hashlib.blake2b(body, digest_size=_DIGEST).digest(), _MARK) if changes else b""
+
+
+def _left_changes(file: io.FileIO) -> tuple[int, list[tuple[int, bytes]]]:
+    """Return the length of a file without the list behind it, and the changes listed; none without a whole list."""
+    size = file.seek(0, io.SEEK_END)
+    if size < _END.size:
+        return size, []
+    file.seek(size - _END.size)
+    length, digest, mark = _END.unpack(file.read(_END.size))
+    begin = size - _END.size - length
+    if mark != _MARK or begin < 0:
+        return size, []
+    file.seek(begin)
+    body = file.read(length)
+    if hashlib.blake2b(body, digest_size=_DIGEST).digest() != digest:
+        return size, []
+    changes, place = [], 0
+    while place < length:
+        offset, count = _PLACE.unpack_from(body, place)
+        place += _PLACE.size + count
+        changes.append((offset, body[place - count : place]))
+    return begin, changes
+
+
+def is_between(path: Path) -> bool:
+    """Tell whether changes are listed behind a file: it is being written, or its writer was cut off."""
+    with path.open("rb", buffering=0) as file:
+        return bool(_left_changes(file)[1])
 
 
 @contextmanager

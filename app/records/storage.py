@@ -16,9 +16,9 @@ _FAULTS: Final = (*FULL, errno.EROFS, errno.EIO, errno.ESTALE)
 def fault_of(error: BaseException) -> int | None:
     """Return the error number of a disk fault; None for any other error.
 
-    h5py gives some error numbers only in its text, and raises some of these errors as RuntimeError.
+    h5py gives some error numbers only in its text, and raises some of these errors as RuntimeError or KeyError.
     """
-    if not isinstance(error, OSError | RuntimeError):
+    if not isinstance(error, OSError | RuntimeError | KeyError):
         return None
     known = (*_FAULTS, *_FORBIDDEN)
     if isinstance(error, OSError) and error.errno is not None:

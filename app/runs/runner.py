@@ -23,6 +23,7 @@ from app.runs.journal import TESTED, Journal
 from app.runs.provenance import provenance
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import clasp_nodes
 from rigs.analysis.material_limits import limits_of
 from rigs.control.checkpoint import restore
 from rigs.control.experiment import perform
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from app.views.drawing import Draw
     from knitlab_core.equilibrium.model import State
+    from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis, IntArray
     from rigs.control.experiment import Event
@@ -75,6 +77,8 @@ class RunResult:
         How each step ended that was begun.
     crossings : tuple of LimitCrossing
         Where a fibre passed a limit of its material.
+    losses : tuple of ClaspLoss
+        Where clasps let go.
     """
 
     outcome: End
@@ -83,6 +87,7 @@ class RunResult:
     figures: tuple[Figure, ...]
     steps: tuple[StepRecord, ...] = ()
     crossings: tuple[LimitCrossing, ...] = ()
+    losses: tuple[ClaspLoss, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,6 +176,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         plates=_plates(rig),
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
+        clasps=clasp_nodes(rig.specimen),
     )
     # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)
@@ -268,6 +274,7 @@ def _result(outcome: Outcome, figures: tuple[Figure, ...], record: RunReader) ->
         figures=figures,
         steps=record.steps,
         crossings=record.crossings,
+        losses=record.losses,
     )
 
 

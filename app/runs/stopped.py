@@ -51,7 +51,10 @@ def _kept(folder: Path) -> str:
     go_on = f"when that is mended go on with: knitlab resume {folder}"
     try:
         run = RunReader(folder / RECORD)
-    except (KnitlabError, OSError):
+    except OSError as error:
+        lost = isinstance(error, FileNotFoundError)
+        return "nothing was recorded" if lost else f"what was recorded cannot be read now; {go_on}"
+    except KnitlabError:
         return "nothing was recorded"
     if run.going_on:
         return f"{len(run.trace)} rows kept; {go_on}"

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
     from app.schemas.document import Place
     from app.schemas.sweep import Point, Scalar
+    from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis
     from rigs.record import End
@@ -67,6 +68,8 @@ class PointResult:
         Whether it had been run before.
     crossings : tuple of LimitCrossing
         Where a fibre passed a limit of its material.
+    losses : tuple of ClaspLoss
+        Where clasps let go.
     """
 
     point: Point
@@ -76,6 +79,7 @@ class PointResult:
     figures: tuple[Figure, ...]
     skipped: bool
     crossings: tuple[LimitCrossing, ...] = ()
+    losses: tuple[ClaspLoss, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,6 +225,7 @@ def _result(point: Point, run: RunReader, *, skipped: bool) -> PointResult:
         figures=figures_of(run),
         skipped=skipped,
         crossings=run.crossings,
+        losses=run.losses,
     )
 
 

@@ -40,6 +40,7 @@ TROUBLE, STOPPED, LOCKED = 74, 75, 76
 """Exit codes: this host cannot keep files; asked to stop, work kept; another process holds the folder."""
 
 _SECONDS_BETWEEN_REPORTS: Final = 0.2
+_MOST_LOSSES: Final = 100
 
 
 class StopAskedError(Exception):
@@ -133,6 +134,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
                 _log(f"the test ended: {ended.outcome}")
             return ended
     shutil.rmtree(files.run, ignore_errors=True)
+    watch.begin_again()
     ended = run_protocol(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
     return ended
@@ -141,10 +143,12 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
 def _report_earlier(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
     """Report how far earlier attempts came; return whether the test has ended."""
     from app.records.reader import RunReader  # noqa: PLC0415
+    from rigs.analysis.clasps import count_clasps  # noqa: PLC0415
 
     record = RunReader(files.run / RECORD)
     restore(files.rows_file, record)
     watch.crossings = {one.limit.name: one.data() for one in record.crossings}
+    watch.clasps = count_clasps(record.trace, record.size)
     over = record.outcome.end != "abort"
     if over:
         _log("its test has ended; the files are left to make")
@@ -166,7 +170,7 @@ class _Watch:
         self._files = files
         self._stop = False
         self.limits: Sequence[MaterialLimit] = ()
-        self.crossings: dict[str, dict[str, Any]] = {}
+        self.begin_again()
         self._began = time.monotonic()
         self._ran_before = files.ran()
         self._reported = 0.0
@@ -174,6 +178,13 @@ class _Watch:
         self._last = Progress()
         self._rows: RowFile | None = None
         self._phase = ""
+
+    def begin_again(self) -> None:
+        """Forget what happened in the test so far."""
+        from rigs.analysis.clasps import ClaspCount  # noqa: PLC0415 (NumPy, only once the folder is held)
+
+        self.crossings: dict[str, dict[str, Any]] = {}
+        self.clasps = ClaspCount()
 
     def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
         """Record the signal; the solver is left at the next report."""
@@ -185,6 +196,8 @@ class _Watch:
             self._rows = RowFile(self._files.rows_file, number)
         self._rows.append(number, row, strain)
         self._note_limits(number, row, strain)
+        for loss in self.clasps.note_row(number, row, strain):
+            _log(f"row {number}: let go: {loss}")
         self._last = Progress(strain=_plain(strain), force=_plain(row.force), rows=number + 1)
         if self._phase != (phase := f"{row.phase} {row.cycle}"):
             self._phase = phase
@@ -217,6 +230,7 @@ class _Watch:
             seconds_left=spent * (1.0 - share) / gone if gone > 0.0 else None,
             rows=self._last.rows,
             crossings=tuple(self.crossings.values()),
+            losses=tuple(loss.data() for loss in self.clasps.losses[:_MOST_LOSSES]),
         )
         self._files.write_progress(progress, self._ran_before + spent)
 

@@ -95,6 +95,8 @@ class Progress:
         Equilibria so far.
     crossings : sequence of mapping
         Where a fibre passed a limit of its material so far, as `LimitCrossing.data` gives it.
+    losses : sequence of mapping
+        Where clasps let go so far, as `ClaspLoss.data` gives it.
     """
 
     share: float = 0.0
@@ -104,6 +106,7 @@ class Progress:
     seconds_left: float | None = None
     rows: int = 0
     crossings: Sequence[Mapping[str, Any]] = ()
+    losses: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,10 +35,21 @@ def draw_pictures(run: RunReader, name: str) -> None:
     name : str
         What the names of the files begin with.
     """
-    from app.views.plots import stress_strain_plot  # noqa: PLC0415
-    from app.views.renders import knit_frames  # noqa: PLC0415 (matplotlib: only where something is drawn)
+    draw_curves(run, name)
+    draw_knit(run, name)
+
+
+def draw_curves(run: RunReader, name: str) -> None:
+    """Draw the plot, as `draw_pictures` does."""
+    from app.views.plots import stress_strain_plot  # noqa: PLC0415 (matplotlib: only where something is drawn)
 
     stress_strain_plot(run, run.path.with_name(f"{name}_stress_strain.png"))
+
+
+def draw_knit(run: RunReader, name: str) -> None:
+    """Draw the knit, as `draw_pictures` does."""
+    from app.views.renders import knit_frames  # noqa: PLC0415
+
     knit_frames(run, run.path.with_name(f"{name}_knit.png"))
 
 

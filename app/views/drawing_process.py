@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from importlib import import_module
 from pathlib import Path
 from queue import Empty
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from app import beside
-from app.records.reader import RunReader
-from app.views.drawing import DRAWN, IDLE_SECONDS, draw_pictures
+from app.views.drawing import DRAWN, IDLE_SECONDS, draw_curves, draw_knit, draw_pictures
+from knitlab_core.threads import thread_count
+
+if TYPE_CHECKING:
+    from app.records.reader import RunReader
 
 AHEAD: Final = (
     "matplotlib.backends.backend_agg",
@@ -42,9 +46,22 @@ def main() -> None:
         record, name = json.loads(asked.get(timeout=IDLE_SECONDS))
     except Empty:
         return
-    draw_pictures(RunReader(Path(record)), name)
+    from app.records.reader import RunReader  # noqa: PLC0415 (imported while the test goes on)
+
+    _draw(RunReader(Path(record)), name)
     answers.write(DRAWN)
     answers.flush()
+
+
+def _draw(run: RunReader, name: str) -> None:
+    """Draw the curves in a copy of this process while this one draws the knit, or one after the other."""
+    if sys.platform != "linux" or thread_count() == 1:
+        draw_pictures(run, name)
+        return
+    copy = beside.Copy(lambda: draw_curves(run, name))
+    draw_knit(run, name)
+    if not copy.ended_well():
+        draw_curves(run, name)
 
 
 if __name__ == "__main__":

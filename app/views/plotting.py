@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.backend_bases import RendererBase
     from matplotlib.figure import Figure
 
-DPI: Final = 200
+DPI: Final = 160
 """Pixels of a figure along an inch."""
 
 COMPRESSION: Final = {"compress_level": 3}

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from app.checks.dry_run import SpecimenFacts
     from app.records.results import Figure
     from knitlab_core.materials import Material, Value
+    from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.protocol.protocol import Protocol
     from rigs.protocol.specimen import SpecimenSpec
@@ -52,6 +53,7 @@ def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
         "clearance_m": facts.clearance,
         "gauge_lengths_m": dict(facts.gauge_lengths),
         "locking_strain": facts.locking_strain,
+        "clasps": dict(facts.clasps),
     }
 
 
@@ -85,6 +87,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         ("fibres", yarn_label(spec)),
         ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
         ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
+        ("clasps", _clasps(facts)),
         ("arc-length budget", budget),
         *(beyond_elastic(spec) or {"beyond elastic": ELASTIC}).items(),
     ):
@@ -101,10 +104,23 @@ def _loop_budgets(spec: SpecimenSpec) -> str:
     return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
 
 
+def _clasps(facts: SpecimenFacts) -> str:
+    """Say how many clasps hold a knit together."""
+    return ", ".join(f"{count} between {joined}" for joined, count in facts.clasps.items()) or "unknown, or none"
+
+
 def print_crossings(found: Sequence[LimitCrossing]) -> None:
     """Print where limits of the material were passed."""
     for crossing in found:
         console_of().print(f"beyond strength: {crossing}", soft_wrap=True)
+
+
+def print_losses(found: Sequence[ClaspLoss]) -> None:
+    """Print where clasps let go."""
+    for loss in found[:_MOST_LINES]:
+        console_of().print(f"let go: {loss}", soft_wrap=True)
+    if len(found) > _MOST_LINES:
+        console_of().print(f"... and at {len(found) - _MOST_LINES} rows more")
 
 
 def print_steps(steps: Sequence[StepRecord]) -> None:

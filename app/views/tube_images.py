@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from app.views.raster import NOTHING, draw_tube, joined, reaches_of, tangents_of
 from app.views.tubes import Tube
 from knitlab_core.jit import kernel
+from knitlab_core.threads import thread_count
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -144,12 +146,16 @@ def tube_images(
     x0, x1, y0, y1 = window
     shape = round(pixels * (y1 - y0)), round(pixels * (x1 - x0))
     rays = FINENESS * pixels
-    for one in tubes:
+
+    def image_of(one: Tube) -> npt.NDArray[np.uint8]:
         points = rays * (one.points - np.array([x0, y1, 0.0])) * np.array([1.0, -1.0, 1.0])
         image, seen, highest = _lit(one, points, rays * one.radius, shape, limits, table)
         dark = _shade(highest, rays * one.radius)
         light_left = (1.0 - np.float32(SHADE) * dark)[..., None] * image + (1.0 - seen)[..., None]
-        yield np.asarray(np.round(255.0 * light_left.clip(0.0, 1.0)), dtype=np.uint8)
+        return np.asarray(np.round(255.0 * light_left.clip(0.0, 1.0)), dtype=np.uint8)
+
+    with ThreadPoolExecutor(thread_count()) as pool:
+        yield from pool.map(image_of, tubes)
 
 
 def _lit(

@@ -23,7 +23,7 @@ wires       rigid wires through the boundary loops
 
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
-from knitlab_core.knits.clasp import clasp_numbers, joined_clasps
+from knitlab_core.knits.clasp import ClaspNodes, clasp_counts, clasp_nodes, clasp_numbers, clasps_held, joined_clasps
 from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
 from knitlab_core.knits.fabric import Clasps, Counts, Fabric, LoopBudget, PlateRoom
@@ -46,6 +46,7 @@ __all__ = [
     "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
     "Centreline",
+    "ClaspNodes",
     "Clasps",
     "Counts",
     "Fabric",
@@ -64,7 +65,10 @@ __all__ = [
     "Yarn",
     "check_clearance",
     "check_fibres",
+    "clasp_counts",
+    "clasp_nodes",
     "clasp_numbers",
+    "clasps_held",
     "closest_approach",
     "fabric_named",
     "fabric_names",

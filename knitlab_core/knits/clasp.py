@@ -8,12 +8,12 @@ the head's legs. No curve is closed through the knit, which would cross other st
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from math import prod
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from knitlab_core.knits.crossing import crossing_number
+from knitlab_core.knits.crossing import crossing_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,19 +62,78 @@ def joined_clasps(specimen: Specimen, nodes: FloatArray) -> Mapping[str, IndexAr
     Mapping of str to IndexArray
         Each (..., 2), left and right of the held loop's apex; the shape before is that of the fabric's `clasps`.
     """
+    return {joined: _numbers(nodes, places) for joined, places in clasp_nodes(specimen).items()}
+
+
+def clasps_held(nodes: FloatArray, clasps: Mapping[str, ClaspNodes]) -> dict[str, int]:
+    """Return how many clasps hold, by what is joined: the yarn goes up through the head on one side and down again.
+
+    Parameters
+    ----------
+    nodes : FloatArray
+        Node positions (N, 3), as built or deformed, any unit.
+    clasps : Mapping of str to ClaspNodes
+        Where the clasps are, as `clasp_nodes` says it.
+    """
     found = {}
-    for joined, clasps in specimen.fabric.clasps(specimen.centreline, specimen.counts).items():
-        numbers = np.zeros((*clasps.heads.shape[:-1], 2), dtype=np.int64)
-        for place in np.ndindex(numbers.shape[:-1]):
-            head = nodes[_nodes_between(specimen, *clasps.heads[place])]
-            sides = pairwise(clasps.held[place])
-            numbers[place] = [crossing_number(head, nodes[_nodes_between(specimen, *ends)]) for ends in sides]
-        found[joined] = numbers
+    for joined, places in clasps.items():
+        left, right = np.moveaxis(_numbers(nodes, places), -1, 0)
+        found[joined] = int(np.sum((np.abs(left) == 1) & (right == -left)))
     return found
 
 
-def _nodes_between(specimen: Specimen, first: float, last: float) -> IndexArray:
-    """Return the nodes from one arc length [loop widths] to another, the one next to its greater end included."""
-    low, high = np.searchsorted(specimen.arc_lengths, np.sort([first, last]) * specimen.loop_width)
-    nodes: IndexArray = np.arange(low, min(high + 1, len(specimen.arc_lengths)))
-    return nodes if first < last else nodes[::-1]
+def clasp_counts(specimen: Specimen) -> dict[str, int]:
+    """Return how many clasps a knit has, by what is joined; those of a printed knit all hold."""
+    clasps = specimen.fabric.clasps(specimen.centreline, specimen.counts)
+    return {joined: prod(one.heads.shape[:-1]) for joined, one in clasps.items()}
+
+
+class ClaspNodes(NamedTuple):
+    """Hold which nodes are the heads of clasps, and the yarn that goes through them on both sides of its apex.
+
+    Shorter stretches than others repeat their last node.
+    """
+
+    left: IndexArray
+    """(..., n), a head from its first foot to its middle."""
+    right: IndexArray
+    """(..., n), a head from its last foot to its middle."""
+    held: IndexArray
+    """(..., 2, m), the held loop's yarn left and right of its apex."""
+
+
+def clasp_nodes(specimen: Specimen) -> Mapping[str, ClaspNodes]:
+    """Return the nodes of every clasp by what is joined, ``rows`` or ``layers``."""
+    found = {}
+    for joined, clasps in specimen.fabric.clasps(specimen.centreline, specimen.counts).items():
+        first, last = _nodes_between(specimen, *np.moveaxis(clasps.heads, -1, 0))
+        half = np.abs(last - first) // 2
+        sides = _nodes_between(specimen, clasps.held[..., :-1], clasps.held[..., 1:])
+        found[joined] = ClaspNodes(
+            left=_run(first, first + half * np.sign(last - first)),
+            right=_run(last, last - half * np.sign(last - first)),
+            held=_run(*sides),
+        )
+    return found
+
+
+def _numbers(nodes: FloatArray, clasps: ClaspNodes) -> IndexArray:
+    """Return the crossing number of every head and yarn (..., 2)."""
+    left, right = nodes[clasps.left][..., None, :, :], nodes[clasps.right][..., None, :, :]
+    return crossing_numbers(left, right, nodes[clasps.held])
+
+
+def _nodes_between(specimen: Specimen, first: FloatArray, last: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """Return first and last nodes of the yarn between arc lengths [loop widths], the one next to its greater end in."""
+    ends = np.sort(np.stack([first, last]), axis=0) * specimen.loop_width
+    low, high = np.searchsorted(specimen.arc_lengths, ends)
+    high = np.minimum(high, len(specimen.arc_lengths) - 1)
+    return np.where(first < last, low, high), np.where(first < last, high, low)
+
+
+def _run(first: IndexArray, last: IndexArray) -> IndexArray:
+    """Return the numbers from one to another (..., n), both included; shorter runs than others repeat their last."""
+    step = np.arange(1 + np.max(np.abs(last - first), initial=0))
+    most = np.abs(last - first)[..., None]
+    numbers: IndexArray = first[..., None] + np.sign(last - first)[..., None] * np.minimum(step, most)
+    return numbers

@@ -7,6 +7,7 @@ from math import floor
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from knitlab_core.equilibrium.stopwatch import Cost
+from knitlab_core.knits import clasp_nodes, clasps_held
 from rigs.control.checkpoint import checkpoint_of
 from rigs.control.path import AxisPath, follow, with_jumps
 from rigs.control.resume_point import END, START
@@ -18,11 +19,12 @@ from rigs.protocol.strokes import Readings
 from rigs.record import Equilibrium, Frame
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.equilibrium.rupture import Spot
+    from knitlab_core.knits import ClaspNodes
     from rigs.axes import Axis
     from rigs.control.checkpoint import Checkpoint
     from rigs.control.controller import Controller, Memory
@@ -65,6 +67,8 @@ class Session:
         What the solver spent on the rows that were accepted.
     torn : str or None
         Message of the fibre that ended the test by breaking.
+    clasps : Mapping
+        Nodes of the specimen's clasps, by what they join.
     """
 
     rig: Rig
@@ -79,8 +83,10 @@ class Session:
     time: float = field(init=False)
     counted: Cost = field(default_factory=Cost)
     torn: str | None = None
+    clasps: Mapping[str, ClaspNodes] = field(init=False)
 
     def __post_init__(self) -> None:
+        self.clasps = clasp_nodes(self.rig.specimen)
         last, still = self.cursor.last, dict.fromkeys(self.rig.grips, 0.0)
         self.displacement = still if last is None else last.displacement
         self.crosshead = still if last is None else last.crosshead
@@ -192,6 +198,7 @@ class Session:
             bond_released=unit * step.state.bonds.released,
             bonds_whole=whole,
             bonds_broken=step.state.bonds.whole.size - whole,
+            clasps=clasps_held(step.state.q[:, :3], self.clasps),
             fibre_strain=most_strained(self.rig, step.state).strain,
             residual=step.report.residual,
             contacts=step.report.contacts,

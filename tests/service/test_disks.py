@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import subprocess
 import sys
+import tracemalloc
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +19,15 @@ import sqlalchemy as sa
 
 from app.cli.main import main
 from app.records.export import export_run
+from app.records.layout import make_record
 from app.records.reader import RunReader
+from app.records.sampled import samples_of
+from app.records.stored_log import StoredLog
+from app.records.writer import RunWriter
+from app.runs.provenance import provenance
+from app.runs.stopped import kept_in
+from app.schemas import loads
+from app.schemas.machine_data import machines_of
 from app.service import job_process
 from app.service.api.build import create_app
 from app.service.api.context import Context
@@ -24,10 +35,12 @@ from app.service.folder import JobFolder
 from app.service.settings import settings
 from app.service.store import Store, StoreAwayError
 from knitlab_core.errors import SpecificationError
+from rigs.instruments.ticks import PART
 from tests.app.records.test_records import writer
 from tests.app.runs.test_resume import CHILD, ROOT, SHORT
 from tests.service.serving import problem, served
 from tests.service.test_rest import YAML
+from tests.synthetic_run import BOTH, PROTOCOL, SIZE, rows, stage_instrument
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -157,6 +170,43 @@ def test_a_killed_run_is_exported_up_to_its_last_row(whole: Path, tmp_path: Path
     assert 2 <= len(lines) <= len(all_lines)
     # The last sample of a killed run rests on no row after it.
     assert lines[:-1] == all_lines[: len(lines) - 1]
+    # Its samples are computed into a file, from which they are read part by part.
+    with samples_of(RunReader(folder / "run.h5")) as samples:
+        (table,) = samples.values()
+        assert isinstance(table, StoredLog)
+        assert table.path.parent != folder
+        assert len(table.part(0, 2)) == 2
+    assert not table.path.exists()
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_samples_of_a_killed_run(tmp_path: Path) -> None:
+    text, most = PROTOCOL.replace("rate: 10 Hz", "rate: 100 Hz"), {}
+    loaded = loads(text, "protocol.yaml")
+    facts = provenance(loaded.protocol, machines_of(loaded.protocol))
+    for turns in (1, 4):
+        folder = tmp_path / str(turns)
+        folder.mkdir()
+        path = make_record(
+            folder / "run.h5",
+            protocol=text,
+            size=SIZE,
+            axes=BOTH,
+            strands=[4],
+            instruments=[stage_instrument()],
+            provenance={**facts, "started": "2026-01-31T09:00:00+01:00"},
+        )
+        with RunWriter(path) as record:
+            for turn in range(turns):
+                for one in rows(steps=5):
+                    record.append(replace(one, time=one.time + turn * 400.0))
+        tracemalloc.start()
+        (log,) = export_run(folder)
+        most[turns] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        # More samples than are in memory at one time.
+        assert len(log.read_bytes().splitlines()) > turns * PART
+    assert most[4] < 1.3 * most[1]
 
 
 def test_a_run_killed_before_its_first_row_has_no_log(tmp_path: Path) -> None:
@@ -206,3 +256,19 @@ def test_a_store_that_cannot_be_opened_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "knitlab.sqlite").mkdir()
     with pytest.raises(StoreAwayError, match="the database cannot be used: unable to open database file"):
         Store(where)
+
+
+@pytest.mark.parametrize("number", [errno.EDQUOT, errno.EIO, errno.ESTALE])
+def test_a_record_that_cannot_be_read_now_is_not_called_lost(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer(tmp_path / "run.h5")._let_go()
+
+    def away(*_: object, **__: object) -> None:
+        raise KeyError(f"Unable to open object (file read failed: errno = {number}, '{os.strerror(number)}')")
+
+    monkeypatch.setattr("app.records.h5_read.h5py.File", away)
+    told = r"what was recorded cannot be read now; .*knitlab resume"
+    with pytest.raises(OSError, match=told) as caught, kept_in(tmp_path):
+        raise OSError(number, os.strerror(number))
+    assert caught.value.errno == number

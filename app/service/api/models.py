@@ -4,15 +4,10 @@ from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from fastapi import Path
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
+from app.service.api.progress import Answer, ProgressView
 from app.service.jobs import State
-
-
-class Answer(BaseModel):
-    """Base of all answers."""
-
-    model_config = ConfigDict(frozen=True)
 
 
 class Place(Answer):
@@ -54,7 +49,7 @@ class Problem(Answer):
     status: int
     detail: str
     instance: str
-    errors: list[Place] = []
+    errors: list[Place] = Field(default=[])
 
 
 class Number(Answer):
@@ -128,6 +123,7 @@ class SpecimenView(Answer):
     clearance_m: float = Field(description="least distance between surfaces")
     gauge_lengths_m: dict[str, float] = Field(description="hook to hook, along each axis")
     locking_strain: float | None = Field(description="equibiaxial strain at which the yarn is used up (estimate)")
+    clasps: dict[str, int] = Field(description="heads that hold a loop, by what is joined: rows, layers")
 
 
 class StrokeView(Answer):
@@ -164,35 +160,6 @@ class PlanView(Answer):
     fibre_strain: float | None = Field(description="largest strain of a fibre's surface, a rough estimate")
     warnings: list[str]
     defaults: dict[str, str] = Field(description="what holds though the protocol does not say it, by its place")
-
-
-class CrossingView(Answer):
-    """Where a fibre first passed a limit of its material."""
-
-    model_config = ConfigDict(frozen=True, from_attributes=True)
-    name: Literal["strength", "elongation at break"]
-    limit: float = Field(description="strain of a fibre's surface at the limit")
-    row: int = Field(description="first row beyond it")
-    time: float = Field(description="time of that row [s]")
-    strain: dict[str, float] = Field(description="strain of every driven axis there")
-    fibre_strain: float = Field(description="strain of the most strained fibre there")
-    text: str = Field(description="the same for people")
-
-
-class ProgressView(Answer):
-    """Progress of a job."""
-
-    model_config = ConfigDict(frozen=True, from_attributes=True)
-    share: float = Field(description="share of the protocol that is done, 0 to 1")
-    text: str = Field(description="what is being done, for people")
-    strain: dict[str, float] = Field(description="strain of every driven axis")
-    force: dict[str, float] = Field(description="force of every driven axis [N]")
-    seconds_left: float | None = Field(description="estimate of the time to the end [s]")
-    rows: int = Field(description="equilibria so far")
-    crossings: list[CrossingView] = Field(
-        default=[],
-        description="limits of the material that fibres passed: curves are not to be believed beyond the first",
-    )
 
 
 class JobView(Answer):

@@ -31,7 +31,8 @@ export class Heading {
     put(this.left, `${span(progress.seconds_left)} left`);
     put(this.rows, `${progress.rows} equilibria, attempt ${job.attempts}`);
     put(this.where, job.finished ? ending(job) : doing(progress));
-    const texts = (progress.crossings ?? []).map(({ text }) => `Beyond strength: ${text}.`);
+    const said = (events, words) => (events ?? []).map(({ text }) => `${words}: ${text}.`);
+    const texts = [...said(progress.crossings, "Beyond strength"), ...said(progress.losses, "Let go")];
     if (texts.join() !== this.texts) this.beyond.replaceChildren(...texts.map((text) => h("p", { class: "warning" }, text)));
     this.texts = texts.join();
     entitle(job.finished ? `${job.name} ${job.state}` : `${percent(progress.share, 0)} ${job.name}`);

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.schemas import Loaded
+    from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.step_record import StepRecord
 
@@ -57,6 +58,7 @@ class Ended:
     figures: tuple[tuple[str, float, str], ...] = (("stress C at 20 %", 1234.5, "Pa"),)
     steps: tuple[StepRecord, ...] = ()
     crossings: tuple[LimitCrossing, ...] = ()
+    losses: tuple[ClaspLoss, ...] = ()
 
 
 @pytest.fixture
@@ -276,6 +278,7 @@ def test_run_shows_progress_on_stderr_alone(say: Callable[..., Said], end_with: 
         "message": "all steps done",
         "folder": "runs/x",
         "crossings": [],
+        "losses": [],
         "figures": [{"name": "stress C at 20 %", "value": 1234.5, "unit": "Pa"}],
         "steps": [],
     }

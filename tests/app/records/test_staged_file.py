@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import random
 import subprocess
 import sys
 import textwrap
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -49,6 +51,57 @@ def test_it_reads_and_commits_what_a_file_in_memory_would(tmp_path: Path) -> Non
             if chance.random() < 0.1:
                 staged.commit()
                 assert path.read_bytes() == twin.getvalue()
+
+
+class Failing:
+    """A file whose writes and changes of length fail from one of them on, or at that one alone."""
+
+    def __init__(self, file: io.FileIO, first: int, *, once: bool) -> None:
+        self.file, self.left, self.once = file, first, once
+
+    def __getattr__(self, name: str) -> object:
+        real = getattr(self.file, name)
+        if name not in {"write", "truncate"}:
+            return real
+
+        def call(*arguments: object) -> object:
+            self.left -= 1
+            if self.left == -1 or (self.left < -1 and not self.once):
+                raise OSError(errno.EIO, os.strerror(errno.EIO))
+            return real(*arguments)
+
+        return call
+
+
+@pytest.mark.parametrize("once", [True, False])
+def test_a_commit_that_fails_anywhere_leaves_the_file_of_before_or_of_after(tmp_path: Path, *, once: bool) -> None:
+    path, old = tmp_path / "staged", bytes(range(200))
+    new = bytearray(old + b"longer" * 20)
+    new[5:9], new[100:140] = b"1234", b"x" * 40
+    found = set()
+    for first in range(40):
+        path.write_bytes(old)
+        with StagedFile(path) as staged:
+            for at, piece in ((5, b"1234"), (200, b"longer" * 20), (100, b"x" * 40)):
+                staged.seek(at)
+                staged.write(piece)
+            failing = Failing(staged._file, first, once=once)
+            staged._file = failing  # type: ignore[assignment]
+            with suppress(OSError):
+                staged.commit()
+        # Who reads it sees what who writes it next will have on the disk.
+        with StagedFile(path, writing=False) as staged:
+            seen = staged.read(len(old))
+        with StagedFile(path):
+            held = path.read_bytes()
+        assert held[: len(old)] == seen
+        assert held[: len(old)] in {old, bytes(new[: len(old)])}
+        assert held[: len(old)] == old or held == bytes(new)
+        found.add(held == bytes(new))
+        if failing.left >= 0:  # nothing failed any more
+            break
+    assert found == {False, True}
+    assert path.read_bytes() == bytes(new)
 
 
 FILL = textwrap.dedent(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.client.answers import progress_of
-from app.service.api.models import ProgressView
+from app.service.api.progress import ProgressView
 from app.service.folder import JobFolder
 from app.service.job_process import _Watch
 from rigs.analysis.material_limits import MaterialLimit

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import psutil
 import pytest
 
+from app import beside
 from app.views.drawing import Drawer, drawer
 from tests.synthetic_run import make_run
 
@@ -125,3 +126,41 @@ def test_a_command_says_the_time_it_took_and_draws_once(tmp_path: Path, *, pictu
 def test_ctrl_c_in_a_terminal_does_not_reach_the_process_that_draws() -> None:
     with Drawer() as draw:
         assert os.getpgid(process_of(draw).pid) != os.getpgid(0)
+
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux alone")
+
+
+@linux
+@pytest.mark.filterwarnings("ignore:This process.*is multi-threaded:DeprecationWarning")
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_copy_of_a_process_says_whether_its_work_was_done(tmp_path: Path, *, fails: bool) -> None:
+    def work() -> None:
+        (tmp_path / "done").write_text(str(os.getpid()), encoding="utf-8")
+        if fails:
+            raise OSError(28, "no space left on device")
+
+    assert beside.Copy(work).ended_well() is not fails
+    assert (tmp_path / "done").read_text(encoding="utf-8") != str(os.getpid())
+
+
+@linux
+def test_a_copy_ends_when_the_process_it_was_made_of_is_killed(tmp_path: Path) -> None:
+    code = (
+        "import os, time; from pathlib import Path; from app.beside import Copy\n"
+        "Copy(lambda: (print(os.getpid(), flush=True), time.sleep(600.0)))\ntime.sleep(600.0)"
+    )
+    parent = subprocess.Popen(  # noqa: S603
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    assert parent.stdout is not None
+    copy = psutil.Process(int(parent.stdout.readline()))
+    assert copy.pid != parent.pid
+    parent.kill()
+    parent.wait()
+    assert not wait_gone([copy])
+    parent.stdout.close()

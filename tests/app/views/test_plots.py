@@ -285,12 +285,14 @@ def test_an_image_fills_the_axes_pixel_by_pixel(tmp_path: Path) -> None:
     figure = Figure(figsize=(2.0, 1.0))
     axes = figure.add_axes((0.25, 0.2, 0.5, 0.6))
     axes.set_axis_off()
-    image = np.random.default_rng(1).integers(0, 256, (120, 200, 3), dtype=np.uint8)
+    # The axes are three fifths of an inch high and an inch wide, a fifth and half an inch from the edges.
+    rows, edge, side = 3 * DPI // 5, DPI // 5, DPI // 2
+    image = np.random.default_rng(1).integers(0, 256, (rows, DPI, 3), dtype=np.uint8)
     axes.add_artist(PixelImage(image))
     page = np.round(255 * imread(save(figure, tmp_path / "page.png"))).astype(np.uint8)
     assert page.shape == (DPI, 2 * DPI, 4)
-    assert (page[40:160, 100:300, :3] == image).all()
-    assert (page[:40] == 255).all()
+    assert (page[edge : edge + rows, side : side + DPI, :3] == image).all()
+    assert (page[:edge] == 255).all()
 
 
 def test_a_run_without_frames_has_no_picture(run: RunReader, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium.march import march
-from knitlab_core.knits.clasp import joined_clasps
+from knitlab_core.knits import clasp_counts, clasp_nodes, clasps_held, joined_clasps
+from rigs.control.experiment import perform
 from rigs.machines.rig import pose, read
 from rigs.protocol.protocol import Hold
+from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,3 +89,20 @@ def test_layers_drawn_out_of_each_other_under_load_are_let_go(mount_knit: Callab
         moved = nodes + lift / specimen.radius * np.outer(above, [0.0, 0.0, 1.0])
         assert np.all(np.abs(joined_clasps(specimen, moved)["layers"]) == held)
         assert np.all(np.abs(joined_clasps(specimen, moved)["rows"]) == 1)
+        assert clasps_held(moved, clasp_nodes(specimen)) == {"rows": 4, "layers": 4 * held}
+
+
+@pytest.mark.parametrize(
+    ("specimen", "held"),
+    [
+        ({"mount_along": "P", "layers": 2, "others": "free"}, {"clasps_rows": 4, "clasps_layers": 4}),
+        ({"others": "hold"}, {"clasps_rows": 2}),
+    ],
+)
+def test_every_row_of_a_test_counts_the_clasps_that_hold(
+    mount_knit: Callable[..., Any], specimen: dict[str, Any], held: dict[str, int]
+) -> None:
+    stage, state, protocol = mount_knit(Hold(duration=1.0), nodes_per_loop=16, **specimen)
+    first = next(event for event in perform(stage, state, protocol) if isinstance(event, Equilibrium))
+    assert {name: n for name, n in first.numbers().items() if name.startswith("clasps")} == held
+    assert clasp_counts(stage.specimen) == first.clasps

@@ -184,3 +184,11 @@ def test_passing_a_limit_of_the_material_is_said_and_marked(page: Page, service:
     # Row 12 of a wave that rises by 2 % a row to 40 %.
     assert time == [{"x": 12.0, "y": pytest.approx(0.24**2)}]
     assert stress[0]["x"] == pytest.approx(24.0)
+
+
+def test_clasps_that_let_go_are_said(page: Page, service: str, done: str) -> None:
+    text = "a clasp between layers let go at 12 s, strain P 24.0 %: 3 of 4 hold"
+    loss = {"joined": "layers", "row": 12, "time": 12.0, "strain": {"P": 0.24}, "lost": 1, "held": 3, "mounted": 4}
+    page.route(f"**/jobs/{done}", edited(lambda job: job["progress"].update(losses=[{**loss, "text": text}])))
+    page.goto(f"{service}/#/jobs/{done}")
+    expect(page.get_by_text(f"Let go: {text}.")).to_be_visible()

@@ -13,8 +13,9 @@ from fastapi.responses import Response
 
 from app.records.vtkhdf import GROUP, count_frames, read_frame
 from app.service.api.context import Here
-from app.service.api.models import Answer, JobId, problems
+from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
+from app.service.api.progress import Answer
 from rigs.axes import AXES
 from rigs.record import PHASES
 

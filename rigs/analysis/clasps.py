@@ -1,0 +1,125 @@
+"""Which clasps of a knit let go during a test: where the yarn of a held loop has left the head that held it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rigs.axes import Axis
+    from rigs.record import Equilibrium, SpecimenSize, Trace
+
+COLUMN: Final = "clasps_"
+"""How the columns of a trace begin that count the clasps that hold; what is joined follows, ``rows`` or ``layers``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClaspLoss:
+    """Row of a run at which fewer clasps held than at any row before.
+
+    Attributes
+    ----------
+    joined : str
+        What the clasps join, ``rows`` or ``layers``.
+    row : int
+        Row of the equilibria, from 0.
+    time : float
+        Time of the row on the rig's clock [s].
+    strain : Mapping
+        Effective strain of the specimen along each driven axis [1].
+    lost, held, mounted : int
+        Clasps that let go at this row, that hold still, and that held as mounted.
+    """
+
+    joined: str
+    row: int
+    time: float
+    strain: Mapping[Axis, float]
+    lost: int
+    held: int
+    mounted: int
+
+    def __str__(self) -> str:
+        """Return one line for the user."""
+        where = ", ".join(f"{axis} {100 * value:.1f} %" for axis, value in self.strain.items())
+        count = "a clasp" if self.lost == 1 else f"{self.lost} clasps"
+        return (
+            f"{count} between {self.joined} let go at {self.time:.4g} s, strain {where}: "
+            f"{self.held} of {self.mounted} hold"
+        )
+
+    def data(self) -> dict[str, Any]:
+        """Return the loss as plain data, SI units."""
+        return {
+            "joined": self.joined,
+            "row": self.row,
+            "time": self.time,
+            "strain": {str(axis): value for axis, value in self.strain.items()},
+            "lost": self.lost,
+            "held": self.held,
+            "mounted": self.mounted,
+            "text": str(self),
+        }
+
+
+@dataclass(slots=True, kw_only=True)
+class ClaspCount:
+    """Count of the clasps that hold, row by row.
+
+    Attributes
+    ----------
+    losses : list of ClaspLoss
+        Those so far, in the order of time.
+    """
+
+    losses: list[ClaspLoss] = field(default_factory=list)
+    _mounted: dict[str, int] = field(default_factory=dict)
+    _least: dict[str, int] = field(default_factory=dict)
+
+    def note(
+        self, number: int, time: float, clasps: Mapping[str, int], strain: Mapping[Axis, float]
+    ) -> tuple[ClaspLoss, ...]:
+        """Take the clasps that hold at a row; return what let go. A row that is told again changes nothing."""
+        found = []
+        for joined, held in clasps.items():
+            before = self._least.setdefault(joined, self._mounted.setdefault(joined, held))
+            if held < before:
+                self._least[joined] = held
+                loss = ClaspLoss(
+                    joined=joined,
+                    row=number,
+                    time=time,
+                    strain=strain,
+                    lost=before - held,
+                    held=held,
+                    mounted=self._mounted[joined],
+                )
+                found.append(loss)
+        self.losses += found
+        return tuple(found)
+
+    def note_row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> tuple[ClaspLoss, ...]:
+        """Take a row of the equilibria, as `note` does, with the strains of the specimen there [1]."""
+        return self.note(number, row.time, row.clasps, strain)
+
+
+def clasps_of(trace: Trace) -> dict[str, np.ndarray]:
+    """Return how many clasps hold at every row (n,), by what is joined; empty for knits whose clasps are unknown."""
+    return {name.removeprefix(COLUMN): held for name, held in trace.columns.items() if name.startswith(COLUMN)}
+
+
+def count_clasps(trace: Trace, size: SpecimenSize) -> ClaspCount:
+    """Return the count of a run's clasps to its last row."""
+    count, columns = ClaspCount(), clasps_of(trace)
+    table = np.array(list(columns.values())).reshape(len(columns), len(trace))
+    # Only rows that differ from the one before can be news.
+    news = np.flatnonzero(np.any(np.diff(table, axis=1, prepend=-1) != 0, axis=0)) if columns else ()
+    for row in map(int, news):
+        strain = {axis: float(trace.columns[f"displacement_{axis}"][row]) / size.extents[axis] for axis in trace.axes}
+        held = {joined: int(column[row]) for joined, column in columns.items()}
+        count.note(row, float(trace.columns["time"][row]), held, strain)
+    return count
