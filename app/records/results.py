@@ -31,7 +31,7 @@ Figure: TypeAlias = tuple[str, float, str]
 WALL_TIME: Final = "wall time"
 NOTHING: Final = Cost()
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
-LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
+LOST = ("friction_work", "viscous_work", "plastic_work", "fracture_work", "snap_work", "bond_released")
 
 
 def run_figures(
@@ -94,7 +94,7 @@ def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> 
 def energy_balance_error(trace: Trace) -> float:
     """Return the difference of external work and stored and dissipated energy over the largest work [1]."""
     columns = trace.columns
-    kept = np.sum([columns[name] for name in (*STORED, *LOST)], axis=0)
+    kept = np.sum([columns[name] for name in (*STORED, *LOST) if name in columns], axis=0)
     work = columns["external_work"]
     # Work counts from the first row, but a straight yarn was bent into its knit before.
     kept -= kept[0] - work[0]
