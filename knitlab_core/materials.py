@@ -219,14 +219,53 @@ class Material:
 _PAPER: Final = "the paper, main text"
 _ACRYLATE: Final = "usual for glassy acrylate resins; not published for this one"
 _VERO: Final = "40-55 MPa at 15-20 % elongation, manufacturer's range for Vero in PMC10406103, Table 2"
+_DIGITAL: Final = "29-38 MPa at 15-25 % elongation, quoted for this digital material but unverified"
+_MICROFIBRES: Final = "microfibres of a two-photon dimethacrylate yield at 2-4 % (doi:10.1002/smsc.202500228)"
+
+
+def _curve(source: str, *points: tuple[float, float]) -> tuple[CurvePoint, ...]:
+    """Return a yield curve through points of strain [1] and stress [Pa] whose shape is a choice."""
+    return tuple(
+        CurvePoint(
+            strain=Value(value=strain, unit="1", source=source, assumed=True),
+            stress=Value(value=stress, unit="Pa", source=source, assumed=True),
+        )
+        for strain, stress in points
+    )
+
+
+def _series(source: str, *terms: tuple[float, float]) -> tuple[RelaxationTerm, ...]:
+    """Return a Prony series of shares [1] and times [s] that is a choice."""
+    return tuple(
+        RelaxationTerm(
+            share=Value(value=share, unit="1", source=source, assumed=True),
+            time=Value(value=time, unit="s", source=source, assumed=True),
+        )
+        for share, time in terms
+    )
+
 
 _TABLE: Final = (
     Material(
         name="RGD8530-DM",
         young_modulus=Value(value=0.82e9, unit="Pa", source=_PAPER),
         poisson_ratio=Value(value=0.37, unit="1", source=_ACRYLATE, assumed=True),
-        strength=Value(value=29e6, unit="Pa", source="low end of 29-38 MPa, quoted but unverified", assumed=True),
-        note="Material-jetted digital material. It creeps, but no relaxation is published for it.",
+        strength=Value(value=29e6, unit="Pa", source=f"low end of {_DIGITAL}", assumed=True),
+        elongation_at_break=Value(value=0.15, unit="1", source=f"low end of {_DIGITAL}", assumed=True),
+        relaxation=_series(
+            "chosen so that a knit's loops come near the paper's; none is published for this resin",
+            (0.12, 10.0),
+            (0.15, 50.0),
+            (0.10, 300.0),
+        ),
+        yield_curve=_curve(
+            f"rounded, as glassy acrylates are, from 1 % up to strength and elongation: low ends of {_DIGITAL}",
+            (0.01, 8.2e6),
+            (0.03, 18e6),
+            (0.06, 25e6),
+            (0.15, 29e6),
+        ),
+        note="Material-jetted digital material. Ductile: an elastic fibre carries too much beyond 1 % (`yield: on`).",
     ),
     Material(
         name="VeroUltraWhite",
@@ -235,16 +274,45 @@ _TABLE: Final = (
         strength=Value(value=40e6, unit="Pa", source=f"low end of {_VERO}", assumed=True),
         elongation_at_break=Value(value=0.15, unit="1", source=f"low end of {_VERO}", assumed=True),
         density=Value(value=1180.0, unit="kg/m**3", source="approximate, for the cured resin", assumed=True),
-        note=(
-            "Material-jetted. It yields near 2 % long before it breaks: an elastic fibre carries too much beyond. "
-            "It creeps, but no relaxation is published for it."
+        relaxation=_series(
+            "two thirds of what is assumed of RGD8530-DM, which has a soft resin in it; none is published",
+            (0.08, 10.0),
+            (0.10, 50.0),
+            (0.07, 300.0),
         ),
+        yield_curve=_curve(
+            f"rounded, as glassy acrylates are, from 1 % up to the low end of {_VERO}",
+            (0.01, 20e6),
+            (0.02, 33e6),
+            (0.04, 39e6),
+            (0.15, 40e6),
+        ),
+        note="Material-jetted. It yields near 2 %, long before it breaks: use `yield: on` beyond.",
     ),
     Material(
         name="IP-Dip",
         young_modulus=Value(value=3.0e9, unit="Pa", source=_PAPER),
         poisson_ratio=Value(value=0.35, unit="1", source=_ACRYLATE, assumed=True),
-        note="Two-photon print. Others report 1-2.1 GPa (doi:10.1117/1.JOM.2.3.033501). Rupture needs a strength.",
+        elongation_at_break=Value(
+            value=0.10,
+            unit="1",
+            source="a round number; two-photon fibres range from brittle to soft and plastic with their processing "
+            "(doi:10.1039/C9RA02350J)",
+            assumed=True,
+        ),
+        relaxation=_series(
+            "half of what is assumed of RGD8530-DM, for a denser network; none is published",
+            (0.06, 10.0),
+            (0.07, 50.0),
+            (0.05, 300.0),
+        ),
+        yield_curve=_curve(
+            f"{_MICROFIBRES}; rounded beyond, up to the breaking strain",
+            (0.02, 60e6),
+            (0.05, 80e6),
+            (0.10, 88e6),
+        ),
+        note="Two-photon print. Others report 1-2.1 GPa (doi:10.1117/1.JOM.2.3.033501).",
     ),
     Material(
         name="cotton-2-ply",

@@ -76,8 +76,21 @@ def run_figures(
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
+        *_yielding(trace, protocol),
     ]
     return tuple(figure for figure in found if isfinite(figure[1]))
+
+
+def _yielding(trace: Trace, protocol: Protocol | None) -> Iterator[Figure]:
+    """Yield what plastic flow took, where fibres may yield."""
+    if protocol is not None and protocol.specimen.yields:
+        yield "plastic work", float(trace.columns["plastic_work"][-1]), "J"
+        yield "plastic work / largest external work", _share_of_work(trace, "plastic_work"), "1"
+
+
+def _share_of_work(trace: Trace, name: str) -> float:
+    largest = float(np.abs(trace.columns["external_work"]).max())
+    return float(trace.columns[name][-1]) / largest if largest > 0.0 else float("nan")
 
 
 def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, ...]:

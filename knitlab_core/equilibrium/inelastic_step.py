@@ -61,8 +61,8 @@ def _shares(elastic: FloatArray, relieved: FloatArray) -> FloatArray:
     """Divide what sections do not store (N, 2) into stretching, bending and twisting (3,), as if they were elastic."""
     bent = elastic[:, 0] + elastic[:, 1]
     share = np.divide(elastic[:, 0], bent, out=np.zeros(len(bent)), where=bent > 0.0)
-    stretched = float(np.sum(share * relieved[:, 0]))
-    return np.array([stretched, float(relieved[:, 0].sum()) - stretched, float(relieved[:, 1].sum())])
+    parts = np.column_stack([share * relieved[:, 0], (1.0 - share) * relieved[:, 0], relieved[:, 1]])
+    return np.asarray(parts.sum(axis=0))
 
 
 def _history(relaxation: Relaxation, state: State) -> FloatArray:
