@@ -61,7 +61,7 @@ def file_stem(text: str) -> str:
 
 
 def _is_safe(text: str) -> bool:
-    """Tell whether a text can name a file on every system as it is."""
+    """Return whether a text can name a file on every system as it is."""
     short = 0 < len(text) <= MOST_SIGNS and len(text.encode("utf-8", "surrogatepass")) <= MOST_BYTES
     if not short or not all(map(_is_kept, text)) or _RESERVED.fullmatch(text):
         return False
@@ -69,6 +69,6 @@ def _is_safe(text: str) -> bool:
 
 
 def _is_kept(sign: str) -> bool:
-    """Tell whether a character may be in a name: a letter, its marks, a digit, or one of few others."""
+    """Return whether a character may be in a name: a letter, its marks, a digit, or one of few others."""
     letter = unicodedata.category(sign)[0] in "LMN" and not _UNSEEN.match(sign)
     return letter or sign in _SIGNS

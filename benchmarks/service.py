@@ -67,8 +67,9 @@ def idle(lab: Lab, name: str) -> None:
 
 def wait(lab: Lab) -> float:
     """Return how long a job waits until it runs [s]."""
-    job = lab.store.submit(TINY)
-    return until(lambda: lab.job(job).started is not None, every=0.005)
+    job, began = lab.store.submit(TINY), time.monotonic()
+    until(lambda: lab.job(job).started is not None, every=0.005)
+    return time.monotonic() - began
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
 """Compute the mechanics of knits: rods, contact, friction, equilibrium.
 
-The inner wing. It knows numpy, scipy and numba; it opens no file and parses no text.
+The inner wing. It imports numpy, scipy and numba; it opens no file and parses no text.
 """

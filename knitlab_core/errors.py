@@ -1,4 +1,4 @@
-"""Name everything that can go wrong, once.
+"""Errors of knitlab.
 
 KnitlabError                          anything knitlab raises on purpose
 ├── SpecificationError                a value that was asked for is not allowed
@@ -6,7 +6,7 @@ KnitlabError                          anything knitlab raises on purpose
 │   └── GeometryError                 ... because strands overlap or are not knitted
 ├── SolverError                       the physics could not be computed
 │   └── ConvergenceError              an equilibrium was not found
-└── FormatError                       a file does not say what it should
+└── FormatError                       a file has not the content that it should
 
 Rupture, overload and limits are outcomes of a test, not errors.
 """
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 class KnitlabError(Exception):
-    """Stand above every error that knitlab raises on purpose."""
+    """Base of every error that knitlab raises on purpose."""
 
 
 class SpecificationError(KnitlabError):
-    """Refuse a value: say which field, what was found and what is allowed.
+    """Value out of its range: the field, what was found and what is allowed.
 
     Parameters
     ----------
@@ -70,15 +70,15 @@ def raise_all(faults: Sequence[SpecificationError]) -> None:
 
 
 class UnitError(SpecificationError):
-    """Refuse a quantity whose unit is missing, unknown or of another dimension."""
+    """Quantity whose unit is missing, unknown or of another dimension."""
 
 
 class GeometryError(SpecificationError):
-    """Refuse a specimen whose strands overlap or which is not really knitted."""
+    """Specimen whose strands overlap, or whose loops do not hold each other."""
 
 
 class SolverError(KnitlabError):
-    """Stand above the ways in which the physics can fail."""
+    """Base of the errors of the solver."""
 
 
 class ConvergenceError(SolverError):
@@ -96,7 +96,7 @@ class ConvergenceError(SolverError):
 
 
 class FormatError(KnitlabError):
-    """Refuse a file at one of its lines.
+    """File that is wrong at one of its lines.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Make every compiled kernel, here and nowhere else.
 
-numba's on-disk cache looks only at the file a kernel stands in: edit a function it *calls* in another
+numba's on-disk cache looks only at the file of a kernel: edit a function it *calls* in another
 file and the old machine code is loaded again. So the cache folder is named by a hash of all files of
 kernels together; any edit starts a fresh folder. Compiled code is the only thing this wing writes.
 
-A constant that a kernel uses is compiled into it, so it must stand in a file of kernels too.
+A constant that a kernel uses is compiled into it, so it must be in a file of kernels too.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def _prepare() -> Path | None:
 
 
 def _readable(folder: Path | None) -> bool:
-    """Tell whether a folder that is not written to holds kernels to load all the same."""
+    """Return whether a folder that is not written to holds kernels to load all the same."""
     try:
         return folder is not None and any(folder.iterdir())
     except OSError:
@@ -257,7 +257,7 @@ def inline_kernel(function: FunctionT) -> FunctionT:
 
 
 def cache_is_cold() -> bool:
-    """Tell whether most of the kernels defined so far have yet to be compiled on this machine."""
+    """Return whether most of the kernels defined so far have yet to be compiled on this machine."""
     if CACHE_FOLDER is None:
         return True
     compiled = sum(1 for _ in CACHE_FOLDER.rglob("*.nbi"))

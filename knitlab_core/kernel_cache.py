@@ -1,4 +1,4 @@
-"""Keep compiled kernels on disk so that no state of the disk can harm a run.
+"""Cache of compiled kernels on disk; no state of the disk can harm a run.
 
 numba trusts the files of its cache: an emptied one ends in a traceback, a garbled one inside LLVM. Here every file
 begins with a digest of the rest. A file that does not match it is compiled again and replaced; where files cannot be
@@ -46,19 +46,19 @@ def say_once(kind: str, message: str) -> None:
 
 
 def not_kept(folder: Path | None, error: Exception) -> None:
-    """Say why compiled kernels are not kept in a folder; None where there is none to name."""
+    """Write why compiled kernels are not kept in a folder; None where there is none to name."""
     reason = (error.strerror if isinstance(error, OSError) else None) or str(error).rstrip(".")
     where = "" if folder is None else f"{folder}: "
     say_once("unkept", f"{where}{reason.lower()}; kernels are compiled without keeping (KNITLAB_CACHE names a folder)")
 
 
 def _digest(name: str, data: bytes) -> bytes:
-    """Return the digest of a file; its name counts, so that no file can stand in for another."""
+    """Return the digest of a file; its name counts, so that no file can be taken for another."""
     return hashlib.blake2b(name.encode() + b"\0" + data, digest_size=_DIGEST_BYTES).digest()
 
 
 def _read(path: Path) -> bytes:
-    """Return what stands after a file's digest.
+    """Return the content after a file's digest.
 
     Raises
     ------
@@ -99,7 +99,7 @@ class _KernelUnpickler(pickle.Unpickler):
     """Load a kernel, and nothing with which numba would compile it."""
 
     def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 (whatever is in it)
-        """Return what a name in a pickle stands for."""
+        """Return the object of a name in a pickle."""
         if (module, name) == ("numba.core.environment", "_rebuild_env"):
             return _environment
         return super().find_class(module, name)
@@ -140,7 +140,7 @@ class _File(IndexDataCacheFile):
             file.write(_digest(Path(path).name, data) + data)
 
     def _damaged(self, path: Path) -> None:
-        """Say it, and remove the file so that nothing reads it again."""
+        """Write a line about it, and remove the file so that nothing reads it again."""
         say_once("damaged", f"{path}: damaged, as others may be; compiled again")
         try:
             path.unlink()
@@ -216,7 +216,7 @@ class KernelCache(FunctionCache):
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call] # numba's own
 
     def save_overload(self, sig: Any, data: Any) -> None:  # noqa: ANN401 (numba's own types)
-        """Keep what was compiled; where that fails, say so once and keep nothing more in this process."""
+        """Keep what was compiled; where that fails, write one line and keep nothing more in this process."""
         if "unkept" in _said:
             return
         try:

@@ -1,4 +1,4 @@
-"""Name the materials of yarns, each number with its source.
+"""Materials of yarns, each number with its source.
 
 `the paper` stands for *Entanglement-driven responses through multiscale 3D-printed knits*.
 """
@@ -88,7 +88,7 @@ FIRST_POINT: Final = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
-    """Describe an isotropic yarn material: linearly elastic, unless relaxation or yield are given and asked for.
+    """Isotropic yarn material: linearly elastic, unless relaxation or yield are given and switched on.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Material:
         Stress over strain as pulled for the first time, joined by straight lines: from zero to the first point, on the
         line of Young's modulus, where yield begins, and beyond the last at its stress. Empty where none is known.
     note : str
-        What a user should know before trusting the numbers.
+        Limits of the numbers, for users.
 
     Raises
     ------
@@ -195,16 +195,11 @@ class Material:
         return tuple(element for element in elements if element.share > 0.0)
 
     @property
-    def shear_modulus(self) -> float:
-        """Return G = E / 2(1 + ν) [Pa]."""
-        return self.young_modulus.value / (2.0 * (1.0 + self.poisson_ratio.value))
-
-    @property
     def breaking_strain(self) -> Value | None:
         """Return the fibre strain at which it breaks [1], None where nothing is known of it.
 
         The elongation at break is such a strain itself and comes first. Without it the strength over Young's
-        modulus stands in, the strain at which a brittle solid that stays linear to its end carries its strength.
+        modulus is taken, the strain at which a brittle solid that stays linear to its end carries its strength.
         """
         if self.elongation_at_break is not None or self.strength is None:
             return self.elongation_at_break
@@ -326,7 +321,7 @@ _TABLE: Final = (
 )
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType({material.name: material for material in _TABLE})
-"""The materials knitlab knows by name."""
+"""The materials that have a name."""
 
 DEFAULT_FRICTION: Final = Value(
     value=0.3, unit="1", source="not published for printed resins; 0.2-0.5 is usual for polymers", assumed=True

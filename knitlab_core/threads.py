@@ -54,7 +54,7 @@ def thread_count() -> int:
 
 
 def use_threads(count: int) -> None:
-    """Use so many threads from now on, whatever the environment says."""
+    """Use so many threads from now on, whatever the environment has."""
     _Threads.count = min(max(count, 1), 2)
 
 
@@ -77,7 +77,7 @@ def both(first: Callable[[], FirstT], second: Callable[[], SecondT]) -> tuple[Fi
 
 
 def _forget_pool() -> None:
-    """Let go of a thread that a forked process does not have."""
+    """Drop a thread that a forked process does not have."""
     _Threads.pool = None
 
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from knitlab_core import axes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
-    import numpy.typing as npt
-
+    from knitlab_core import arrays
     from knitlab_core.knits import SiteSet
 
     # For type checkers alone: the command line names axes without NumPy.
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
-    IntArray: TypeAlias = npt.NDArray[np.int64]
+    FloatArray: TypeAlias = arrays.FloatArray
+    IntArray: TypeAlias = arrays.IndexArray
 
-Axis: TypeAlias = Literal["C", "W", "P"]
+Axis: TypeAlias = axes.Axis
 
 AXES: Final[tuple[Axis, ...]] = ("C", "W", "P")
 """Directions of a knit: course x, wale y, pile z."""

@@ -28,7 +28,7 @@ BREAKS: Final = ("fracture_work", "bonds_broken")
 
 
 def jumped(trace: Trace) -> npt.NDArray[np.bool_]:
-    """Tell of every row whether the specimen jumped since the row before.
+    """Return for every row whether the specimen jumped since the row before.
 
     Fibres and fused points that broke are in the record. A snap is told by its work, if that is more than the
     trapezium rule of the work between the two rows can be wrong by (decision 17).

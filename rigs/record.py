@@ -260,6 +260,18 @@ class Trace:
         """Return the axes that were driven."""
         return tuple(axis for axis in AXES if f"force_{axis}" in self.columns)
 
+    def first(self, count: int) -> Trace:
+        """Return the first rows."""
+        columns = {name: column[:count] for name, column in self.columns.items()}
+        return Trace(columns=columns, phase=self.phase[:count], tag=self.tag[:count])
+
+    def followed_by(self, later: Trace) -> Trace:
+        """Return these rows and later ones of the same run; either may have none."""
+        if not len(self) or not len(later):
+            return later if not len(self) else self
+        columns = {name: np.concatenate([column, later.columns[name]]) for name, column in self.columns.items()}
+        return Trace(columns=columns, phase=self.phase + later.phase, tag=self.tag + later.tag)
+
     def strokes(self) -> IntArray:
         """Count the strokes: rows of like cycle, phase and label that follow each other.
 

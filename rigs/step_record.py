@@ -18,7 +18,7 @@ class StepRecord:
     number : int
         Its turn in the test, from 0; rows name it as their `step`.
     place : str
-        Where the protocol says it, ``steps[2].cycle``.
+        Its place in the protocol, ``steps[2].cycle``.
     tag : str or None
         Its label.
     start, time : float

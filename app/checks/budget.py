@@ -27,7 +27,7 @@ BAND: Final = 4.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """Hold how far a protocol goes, and how far the yarn of a loop reaches.
+    """Arc-length budget: how far a protocol goes, and how far the yarn of a loop reaches.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ def limit_warnings(spec: SpecimenSpec, strain: float | None) -> list[str]:
 
 
 def fibre_line(spec: SpecimenSpec, strain: float | None) -> str:
-    """Say how far a fibre is strained by estimate, and what its material bears; empty for a material without limits."""
+    """Return warnings of limits that the estimated strain of a fibre passes; none for a material without limits."""
     limits = limits_of(spec)
     if strain is None or not limits:
         return ""

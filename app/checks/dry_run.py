@@ -1,4 +1,4 @@
-"""Say what a protocol would do, without physics: strokes, time, rows, limits passed, yarn to spare."""
+"""Plan of a protocol, without physics: strokes, time, rows, limits passed, yarn to spare."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _ANY = "RGD8530-DM"  # a material, where none matters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpecimenFacts:
-    """Hold what is known of a specimen before any physics.
+    """Facts of a specimen before any physics.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class SpecimenFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """Hold what a protocol would do.
+    """What a protocol would do.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Plan:
     warnings : sequence of str
         Limits that would be passed, one line each.
     defaults : Mapping
-        What holds though the protocol does not say it, by its place in it.
+        Defaults of fields that the protocol leaves out, by their place in it.
     """
 
     protocol: Protocol
@@ -123,7 +123,7 @@ def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
     Raises
     ------
     ProtocolError
-        If none of them has the load cell that it asks for, or one samples slower than it is to log, with the place.
+        If none of them has its load cell, or one samples slower than it is to log, with the place.
     """
     try:
         machines = machines_of(loaded.protocol)
@@ -147,7 +147,7 @@ def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
 
 
 def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
-    """Return the specimen of the same shape that stands for all that differ only in what they are made of."""
+    """Return the specimen that represents all of the same shape, whatever they are made of."""
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
     )
@@ -156,12 +156,12 @@ def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
 
 @lru_cache(maxsize=256)
 def _facts(shape: SpecimenSpec, plated: tuple[Axis, ...]) -> SpecimenFacts:
-    """Return what is known of a shape; built once, for a sweep asks for it a thousand times."""
+    """Return what is known of a shape; kept, for a sweep needs it a thousand times."""
     return describe(make_specimen(shape), plated)
 
 
 def count_rows(loaded: Loaded) -> int:
-    """Return how many rows the log of a protocol will have: what a sweep needs to know of each of its jobs.
+    """Return how many rows the log of a protocol will have: what a sweep checks of each of its jobs.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def count_rows(loaded: Loaded) -> int:
 
 
 def dry_run(source: Source) -> Plan:
-    """Go through a protocol without physics.
+    """Return the plan of a protocol, without physics.
 
     Parameters
     ----------

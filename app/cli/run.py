@@ -43,10 +43,10 @@ def run(
     from app.views.drawing import drawer  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
-    values = values_of(chosen)
-    warn(protocol, dry_run(load(protocol, values)).warnings)
+    loaded = load(protocol, values_of(chosen)).one_test()
+    warn(protocol, dry_run(loaded).warnings)
     with Bar(hidden=quiet, began=BEGAN) as bar, drawer(wanted=pictures) as draw:
-        result = run_protocol(protocol, out, bar.show, chosen=values, draw=draw, began=BEGAN)
+        result = run_protocol(loaded, out, bar.show, draw=draw, began=BEGAN)
     if as_json:
         print_json(result_data(result))
     else:

@@ -109,7 +109,7 @@ def serve(
     The documentation of the API is at /docs. KNITLAB_DB=postgresql://... shares one queue among many machines.
     """
     from app.schemas.units import parse  # noqa: PLC0415
-    from app.service.api.door import Limits  # noqa: PLC0415
+    from app.service.api.connections import Limits  # noqa: PLC0415
     from app.service.serving import serve as serve_until_stopped  # noqa: PLC0415
 
     limits = Limits(

@@ -61,14 +61,14 @@ def fetch_logs(client: Client, job: str, folder: Path, *, everything: bool = Fal
     job : str
         The job's id.
     folder : Path
-        Where they shall stand.
+        Folder to write them into.
     everything : bool
         Also the record, pictures and whatever else the run folder holds.
 
     Raises
     ------
     ServiceError
-        If a file would stand outside the folder.
+        If a file would be outside the folder.
     """
     wanted = [one for one in client.files(job) if one.name.startswith(_RUN) and (everything or one.kind == "log")]
     return [client.download(job, one.name, folder / _inside(one.name.removeprefix(_RUN))) for one in wanted]

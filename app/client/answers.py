@@ -1,31 +1,17 @@
-"""What a service answers, as dataclasses."""
+"""Answers of a service, as dataclasses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from app.plain_data import from_data
+from app.service.jobs import FINAL, Progress
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-FINAL: Final = frozenset({"succeeded", "failed", "cancelled"})
-"""States that a job never leaves."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
-    """Progress of a job: share done [1], current activity, strain [1] and force [N] by axis, time left [s].
-
-    `crossings` says where a fibre passed a limit of its material: row, time [s], strain [1], and `text` for people.
-    """
-
-    share: float = 0.0
-    text: str = ""
-    strain: Mapping[str, float] = field(default_factory=dict)
-    force: Mapping[str, float] = field(default_factory=dict)
-    seconds_left: float | None = None
-    rows: int = 0
-    crossings: Sequence[Mapping[str, Any]] = ()
+__all__ = ["FINAL", "Event", "File", "Job", "Page", "Progress", "file_of", "job_of", "progress_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +50,7 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Tell whether it has ended."""
+        """Return whether it has ended."""
         return self.state in FINAL
 
 
@@ -96,19 +82,14 @@ class Event:
 
 def job_of(data: Mapping[str, Any]) -> Job:
     """Return the job that an answer describes."""
-    return Job(**{**_known(Job, data), "progress": progress_of(data.get("progress") or {})})
+    return from_data(Job, data, progress=progress_of(data.get("progress") or {}))
 
 
 def progress_of(data: Mapping[str, Any]) -> Progress:
     """Return the progress that an answer describes."""
-    return Progress(**_known(Progress, data))
+    return from_data(Progress, data)
 
 
 def file_of(data: Mapping[str, Any]) -> File:
     """Return the file that an answer describes."""
-    return File(**_known(File, data))
-
-
-def _known(kind: type, data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields that this client knows; a newer service may send more."""
-    return {one.name: data[one.name] for one in fields(kind) if one.name in data}
+    return from_data(File, data)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from app.extensions import load_extensions
 from app.file_names import file_stem
 from app.records.folder import write_whole
 from app.records.reader import read_run
@@ -55,6 +56,7 @@ def export_run(
     SpecificationError
         As `export_log`.
     """
+    load_extensions()
     run = read_run(place)
     folder = run.path.parent if out is None else out
     names = defaults(samples_of(run)) if dialect is None else [dialect]
@@ -90,7 +92,7 @@ def export_log(
     run : RunReader
         The run.
     folder : Path
-        Where the instrument's own folders and files shall stand; made if it is not there.
+        Folder for the instrument's own folders and files; made if it is not there.
     dialect : str
         One of `LOGS`.
     locale : str
@@ -109,6 +111,7 @@ def export_log(
         If dialect, locale or units are unknown, or the run has no log of the dialect's machine: it has no row, or the
         machine was no part of its rig.
     """
+    load_extensions()
     if dialect not in LOGS:
         raise SpecificationError("dialect", dialect, f"one of {', '.join(LOGS)}")
     log = LOGS[dialect]

@@ -52,7 +52,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     Parameters
     ----------
     path : Path
-        Where the file shall stand. What stood there stays until the new one is complete.
+        Path of the file. A file that is there stays until the new one is complete.
 
     Yields
     ------
@@ -101,7 +101,7 @@ def write_whole(path: Path, chunks: Iterable[bytes]) -> Path:
     Parameters
     ----------
     path : Path
-        Where the file shall stand.
+        Path of the file.
     chunks : iterable of bytes
         Its content.
 

@@ -141,7 +141,7 @@ def lengths(file: h5py.File) -> dict[str, int]:
 
 
 def reaches(path: Path, wanted: Mapping[str, int]) -> bool:
-    """Tell whether a record has at least given lengths."""
+    """Return whether a record has at least given lengths."""
     with reading(path, "the record of a run") as file:
         found = lengths(file)
     return all(found.get(name, 0) >= length for name, length in wanted.items())

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import sys
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
+from app.file_lock import lock
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def locked(folder: Path) -> Iterator[None]:
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         # The holder before may have removed the file: then the lock of this one protects nothing.
-        if not _take(handle) or not path.exists() or not os.path.samestat(os.fstat(handle), path.stat()):
+        if not lock(handle) or not path.exists() or not os.path.samestat(os.fstat(handle), path.stat()):
             raise SpecificationError("run", f"{folder}, which another process is writing", "a run that no one writes")
         try:
             yield
@@ -38,19 +38,3 @@ def locked(folder: Path) -> Iterator[None]:
                 path.unlink()
     finally:
         os.close(handle)
-
-
-def _take(handle: int) -> bool:
-    """Lock an open file without waiting; tell whether that succeeded."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt  # noqa: PLC0415 (of one system only)
-
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl  # noqa: PLC0415 (of the other systems only)
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True

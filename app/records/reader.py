@@ -16,6 +16,7 @@ from app.records.layout import LAYOUT, NOT_PASSED, PLATES, RUNNING, UNFINISHED
 from app.records.row_checksum import CHECKSUM, good_rows
 from app.records.stored_log import read_logs
 from app.records.vtkhdf import read_frames
+from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
 from rigs.analysis.cycles import effective_strain
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis, FloatArray, IntArray
     from rigs.instruments.samples import Samples, Table
+    from rigs.protocol.protocol import Protocol
     from rigs.record import Frame
 
 MOST_SHOWN: Final = 100_000
@@ -48,6 +50,10 @@ class RunReader:
     ----------
     path : Path
         The file, ``run.h5``.
+    trace : Trace, optional
+        Its equilibria, where they have just been computed; by default they are read.
+    test : Protocol, optional
+        Its protocol, where it has been parsed already.
 
     Attributes
     ----------
@@ -61,6 +67,8 @@ class RunReader:
         Nodes of every strand.
     plates : tuple of IntArray or None
         Nodes in the lower and in the upper load plate; None where hooks held the specimen.
+    test : Protocol
+        The protocol, parsed.
     provenance : dict of str to object
         Attributes of the file: versions, seed, rig, material values.
     size : SpecimenSize
@@ -76,11 +84,11 @@ class RunReader:
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
     going_on : bool
-        Whether the run is going on, or was killed: nothing says how it ended.
+        Whether the run is going on, or was killed: no end is recorded.
     crossings : tuple of LimitCrossing
         Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
     outcome : Outcome
-        How the run ended; ``abort`` if nothing says so.
+        How the run ended; ``abort`` if no end is recorded.
 
     Raises
     ------
@@ -88,8 +96,9 @@ class RunReader:
         If the file is not a run, is damaged, or of another layout.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, trace: Trace | None = None, test: Protocol | None = None) -> None:
         self.path = path
+        self._test = test
         with reading(path, WHAT) as file:
             if "protocol" in file and file.attrs.get("layout") != LAYOUT:
                 raise FormatError(path, 1, f"{WHAT} in layout {LAYOUT}")
@@ -105,11 +114,19 @@ class RunReader:
                 convention=file.attrs["thickness_convention"],
             )
             self.going_on = file["outcome"].attrs["end"].decode() == RUNNING
-            self.trace = self._read_trace(file["equilibria"])
+            self.trace = self._read_trace(file["equilibria"]) if trace is None else trace
             self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
             self.crossings = _read_crossings(file, self.trace)
             self.outcome = _read_outcome(file["outcome"], len(self.trace))
+
+    @property
+    def test(self) -> Protocol:
+        """Return the protocol, parsed when it is first asked for."""
+        if self._test is None:
+            name = str(self.provenance.get("name", "test"))
+            self._test = loads(self.protocol, str(self.path), name=name, materials=self.materials).protocol
+        return self._test
 
     @cached_property
     def samples(self) -> dict[str, Samples]:
@@ -188,7 +205,7 @@ def _rows(columns: dict[str, FloatArray]) -> int:
 
 
 def _as_far(steps: tuple[StepRecord, ...], trace: Trace) -> tuple[StepRecord, ...]:
-    """Return the steps; one that was interrupted ends at the last row and says so."""
+    """Return the steps; one that was interrupted ends at the last row, with a message."""
     if not steps or steps[-1].end != "abort" or not len(trace):
         return steps
     last = steps[-1]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.analysis.cycles import cycle_figures, stress_strain
 from rigs.analysis.material_limits import crossings, limits_of
@@ -115,30 +114,24 @@ def energy_balance_error(trace: Trace) -> float:
     return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
 
 
-def protocol_of(run: RunReader) -> Protocol:
-    """Return the protocol of a record."""
-    return loads(run.protocol, str(run.path), materials=run.materials).protocol
-
-
-def zeroings_of(run: RunReader, protocol: Protocol) -> list[Zeroing]:
+def zeroings_of(run: RunReader) -> list[Zeroing]:
     """Return when channels were zeroed in a run."""
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.tares))
-        for leaf in unrolled(protocol.steps)
+        for leaf in unrolled(run.test.steps)
         if leaf.step.tares and leaf.number in begun
     ]
 
 
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run from its record, which does not hold the wall time."""
-    protocol = protocol_of(run)
     return run_figures(
         run.trace,
         run.size,
-        zeroings_of(run, protocol),
+        zeroings_of(run),
         float("nan"),
-        protocol=protocol,
+        protocol=run.test,
         unfinished=run.outcome.unfinished,
     )
 

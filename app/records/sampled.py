@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.records.results import zeroings_of
-from app.schemas import loads
 from app.schemas.machine_data import machines_of
 from rigs.control.log_rate import stretches_of
 from rigs.instruments.channels import measure
@@ -28,18 +27,16 @@ def samples_of(run: RunReader) -> Mapping[str, Table]:
     """
     if not run.going_on or not len(run.trace) or (run.logs and all(_whole(log, run) for log in run.logs.values())):
         return run.logs
-    loaded = loads(run.protocol, str(run.path), materials=run.materials)
-    log, zeroings = loaded.protocol.log, zeroings_of(run, loaded.protocol)
-    stretches = stretches_of(run.trace, loaded.protocol)
+    log, zeroings, stretches = run.test.log, zeroings_of(run), stretches_of(run.trace, run.test)
     return {
         instrument.name: measure(
             instrument, run.trace, seed=log.seed, noise=log.noise, zeroings=zeroings, stretches=stretches
         )
-        for instrument in instruments_on(loaded.protocol, machines_of(loaded.protocol))
+        for instrument in instruments_on(run.test, machines_of(run.test))
     }
 
 
 def _whole(log: Table, run: RunReader) -> bool:
-    """Tell whether a log reaches the last row of its run, within one sample."""
+    """Return whether a log reaches the last row of its run, within one sample."""
     last = log.part(max(len(log) - 2, 0), len(log)).true_time
     return len(last) > 1 and float(run.trace.columns["time"][-1] - last[-1]) < 1.5 * float(last[-1] - last[0])

@@ -45,7 +45,7 @@ def seal(path: Path) -> None:
     mark = seal_of(pieces_of(path, size))
     with path.open("ab", buffering=0) as file:
         try:
-            while mark:  # a disk that has room for a part of it says so at the next write
+            while mark:  # a disk that has room for a part of it fails at the next write
                 mark = mark[file.write(mark) or 0 :]
         except OSError:
             file.truncate(size)

@@ -27,5 +27,5 @@ def fault_of(error: BaseException) -> int | None:
 
 
 def is_unwritable(error: OSError) -> bool:
-    """Tell whether a file could not be written by any user; missing permission does not count."""
+    """Return whether a file could not be written by any user; missing permission does not count."""
     return error.errno in _FAULTS

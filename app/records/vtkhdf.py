@@ -132,7 +132,7 @@ class FrameWriter:
         self._columns = growing(self._group)
         self._times = self._columns.pop(TIMES)
         self._rows = {name: int(dataset.attrs["rows"]) for name, dataset in self._columns.items()}
-        # What the table of steps says of a step: a value, and by how much it rises from step to step.
+        # An entry in the table of steps: a value, and by how much it rises from step to step.
         self._places = {name: self._place(name) for name in self._columns if name.startswith("Steps/")}
         self._steps = int(self._group["Steps"].attrs["NSteps"])
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.control.checkpoint import Checkpoint
 from rigs.instruments.channels import Zeroing
-from rigs.record import Equilibrium, Frame, Outcome
+from rigs.record import Equilibrium, Frame, Outcome, trace_of
 from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from app.records.writer import RunWriter
     from rigs.axes import Axis
     from rigs.control.experiment import Event
+    from rigs.record import Trace
 
 TESTED: Final = 0.9
 """Share of a run that is done when its test is: log, plot and pictures come after."""
@@ -42,6 +43,10 @@ class Journal:
         Told the share done [1] and what is being done.
     watch : callable or None
         Told number, row and strains [1] of every equilibrium; a run that goes on tells some again.
+    before : Trace or None
+        Rows of the sessions before this one, up to the checkpoint that it resumed.
+    rows : list of Equilibrium
+        Rows of this session so far.
     zeroings : list of Zeroing
         Those so far.
     done : float
@@ -56,6 +61,8 @@ class Journal:
     planned: float
     progress: Callable[[float, str], None]
     watch: Callable[[int, Equilibrium, Mapping[Axis, float]], None] | None = None
+    before: Trace | None = None
+    rows: list[Equilibrium] = field(default_factory=list)
     zeroings: list[Zeroing] = field(default_factory=list)
     done: float = 0.0
     window: Callable[[], AbstractContextManager[None]] = nullcontext
@@ -69,6 +76,7 @@ class Journal:
                 match event:
                     case Equilibrium():
                         self.writer.append(event)
+                        self.rows.append(event)
                         self._show(event)
                     case Checkpoint():
                         self.keeper.keep(event, self.writer, self.zeroings)
@@ -84,6 +92,12 @@ class Journal:
                         raise RuntimeError("a test must end with an outcome")
         except KeyboardInterrupt:
             return Outcome(end="abort", message=f"interrupted; {self.writer.rows} equilibria kept")
+
+    @property
+    def trace(self) -> Trace:
+        """Return the rows of the test so far."""
+        made = trace_of(self.rows)
+        return made if self.before is None else self.before.followed_by(made)
 
     def _show(self, row: Equilibrium) -> None:
         """Report the progress of the test."""

@@ -21,7 +21,6 @@ from app.records.writer import RunWriter
 from app.runs.interrupts import interrupts_held
 from app.runs.journal import TESTED, Journal
 from app.runs.provenance import provenance
-from app.schemas import loads
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.material_limits import limits_of, unused_yield
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis, IntArray
     from rigs.control.experiment import Event
     from rigs.machines.rig import Rig
-    from rigs.record import End, Equilibrium, Outcome
+    from rigs.record import End, Equilibrium, Outcome, Trace
     from rigs.step_record import StepRecord
 
     Progress = Callable[[float, str], None]
@@ -177,8 +176,8 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     task.checkpoint.unlink(missing_ok=True)
     with interrupts_held() as window, RunWriter(task.record) as writer:
         journal = _journal(task, rig, writer, window)
-        result = _finish(task, rig, journal, perform(rig, state, protocol))
-    return _published(task, result, journal.done)
+        outcome, figures = _finish(task, rig, journal, perform(rig, state, protocol))
+    return _published(task, journal, outcome, figures)
 
 
 def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
@@ -189,38 +188,39 @@ def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
     return lower.nodes, upper.nodes
 
 
-def resume(task: Task, saved: Saved) -> RunResult:
-    """Resume a test from a checkpoint."""
+def resume(task: Task, saved: Saved, before: Trace) -> RunResult:
+    """Resume a test from a checkpoint; its rows before are those of the record, up to the checkpoint."""
     protocol, checkpoint = task.loaded.protocol, saved.checkpoint
     laid, _ = mount(build_specimen(task.loaded), protocol, fitted_machines(task.loaded), relaxed=False)
     rig = restore(laid, checkpoint)
     task = replace(task, began=task.began - saved.seconds)
     with interrupts_held() as window, RunWriter(task.record, saved.lengths) as writer:
         journal = _journal(task, rig, writer, window)
+        journal.before = before.first(writer.rows)
         journal.zeroings.extend(saved.zeroings)
-        result = _finish(task, rig, journal, perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor))
-    return _published(task, result, journal.done)
+        events = perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor)
+        outcome, figures = _finish(task, rig, journal, events)
+    return _published(task, journal, outcome, figures)
 
 
-def reopen(record: RunReader, folder: Path, saved: Saved | None, progress: Progress, *, draw: Draw | None) -> RunResult:
+def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: Draw | None) -> RunResult:
     """Return how an ended run ended; write its log and pictures if it was killed before they were complete."""
     outcome = record.outcome
     figures: tuple[Figure, ...] = ()
     if saved is not None:
         if sealed_size(record.path) is None:  # the disk was full
             seal(record.path)
-        protocol = loads(record.protocol, str(record.path), materials=record.materials).protocol
         figures = run_figures(
             record.trace,
             record.size,
             saved.zeroings,
             saved.seconds,
-            protocol=protocol,
+            protocol=record.test,
             unfinished=record.outcome.unfinished,
         )
-        _publish(folder, saved.origin.name, progress, draw=draw)
-        (folder / CHECKPOINT).unlink()
-    return _result(outcome, folder, figures, record)
+        _publish(record, saved.origin.name, progress, draw=draw)
+        record.path.with_name(CHECKPOINT).unlink()
+    return _result(outcome, figures, record)
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
@@ -235,11 +235,11 @@ def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], Abstr
     )
 
 
-def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> RunResult:
-    """Record a test to its end, then the samples of its instruments."""
+def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> tuple[Outcome, tuple[Figure, ...]]:
+    """Record a test to its end, then the samples of its instruments; return how it ended, and its figures."""
     outcome = _located(task.loaded, lambda: journal.record(events))
-    protocol, record = task.loaded.protocol, RunReader(task.record)
-    trace, log = record.trace, protocol.log
+    protocol, trace = task.loaded.protocol, journal.trace
+    log = protocol.log
     if outcome.end == "target" and not outcome.message:
         outcome = replace(outcome, message=unused_yield(trace, protocol.specimen))
     figures: tuple[Figure, ...] = ()
@@ -259,32 +259,33 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
             trace, rig.size, journal.zeroings, wall_time, protocol=protocol, unfinished=outcome.unfinished
         )
     journal.writer.finish(outcome)
-    return _result(outcome, task.folder, figures, record)
+    return outcome, figures
 
 
-def _result(outcome: Outcome, folder: Path, figures: tuple[Figure, ...], record: RunReader) -> RunResult:
+def _result(outcome: Outcome, figures: tuple[Figure, ...], record: RunReader) -> RunResult:
     return RunResult(
         outcome=outcome.end,
         message=outcome.message,
-        folder=folder,
+        folder=record.path.parent,
         figures=figures,
         steps=record.steps,
         crossings=record.crossings,
     )
 
 
-def _published(task: Task, result: RunResult, done: float) -> RunResult:
+def _published(task: Task, journal: Journal, outcome: Outcome, figures: tuple[Figure, ...]) -> RunResult:
     """Write the views of a test; the checkpoint is removed unless the test was interrupted.
 
     After an interrupt the progress stays at the share that was done [1].
     """
     progress = task.progress
-    if result.outcome == "abort":
-        progress = partial(_stay, task.progress, done)
-    _publish(task.folder, task.loaded.protocol.name, progress, draw=task.draw)
-    if result.outcome != "abort":
+    if outcome.end == "abort":
+        progress = partial(_stay, task.progress, journal.done)
+    record = RunReader(task.record, trace=journal.trace, test=task.loaded.protocol)
+    _publish(record, task.loaded.protocol.name, progress, draw=task.draw)
+    if outcome.end != "abort":
         task.checkpoint.unlink(missing_ok=True)
-    return replace(result, figures=with_wall_time(result.figures, perf_counter() - task.began))
+    return _result(outcome, with_wall_time(figures, perf_counter() - task.began), record)
 
 
 def _stay(progress: Progress, done: float, share: float, text: str) -> None:
@@ -293,19 +294,19 @@ def _stay(progress: Progress, done: float, share: float, text: str) -> None:
 
 
 def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
-    """Give an error that a step raises during the test its place in the protocol file."""
+    """Run a test; an error that a step raises meanwhile gets its place in the protocol file."""
     try:
         return test()
     except SpecificationError as error:
         raise loaded.locate(error) from error
 
 
-def _publish(folder: Path, name: str, progress: Progress, *, draw: Draw | None) -> None:
+def _publish(run: RunReader, name: str, progress: Progress, *, draw: Draw | None) -> None:
     """Write the views of a record that has rows: logs, plot, pictures."""
-    run = RunReader(folder / RECORD)
     if not len(run.trace):
         return
-    drawn = None if draw is None else draw(run.path, file_stem(name))
+    folder = run.path.parent
+    drawn = None if draw is None else draw(run, file_stem(name))
     progress(TESTED, "writing the log")
     export_logs(run, folder)
     images_of(run, folder, name, progress)

@@ -18,7 +18,7 @@ from app.records.reader import RunReader
 from app.records.results import figures_of
 from app.runs.runner import quiet
 from app.runs.use_cases import RUNS, has_ended, resume_run, run_protocol
-from app.schemas import load_sweep, loads, to_data
+from app.schemas import load_sweep, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
 from app.views.curves import curves_of, stress_unit
@@ -137,18 +137,17 @@ def run_sweep(
             break
         count += 1
         progress(count / len(swept), f"{point.label} done")
-    points = tuple(
-        _result(point, out / point.label, skipped=done[point.label])
-        for point, _ in swept
-        if (out / point.label / RECORD).exists()
-    )
+    records = [
+        (point, RunReader(out / point.label / RECORD)) for point, _ in swept if (out / point.label / RECORD).exists()
+    ]
+    points = tuple(_result(point, run, skipped=done[point.label]) for point, run in records)
     table = write_whole(out / "sweep.csv", [_table(points).encode()])
     plots = [plot_figure([(one.point.values, one.figures) for one in points], words, out) for words in figures]
-    return SweepResult(points=points, table=table, plot=_plot(points, out / "sweep.png"), plots=tuple(plots))
+    return SweepResult(points=points, table=table, plot=_plot(records, out / "sweep.png"), plots=tuple(plots))
 
 
 def is_done(folder: Path, loaded: Loaded) -> bool:
-    """Tell whether a folder holds the finished run of a point.
+    """Return whether a folder holds the finished run of a point.
 
     Protocols are compared by content, not by text or file name, so that a sweep can be given more values.
 
@@ -161,7 +160,7 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
     if not record.exists():
         return False
     run = RunReader(record)
-    there = loads(run.protocol, str(record), name=str(run.provenance.get("name")), materials=run.materials).protocol
+    there = run.test
     here = loaded.protocol
     if not _names_itself(loaded):
         here = replace(here, name=there.name)
@@ -169,11 +168,11 @@ def is_done(folder: Path, loaded: Loaded) -> bool:
         place, said, had = next(_differences(to_data(here), to_data(there)), ("protocol", "this sweep's", "another"))
         expected = f"one with {place}: {said} as in this sweep, not {had}; or an empty folder"
         raise SpecificationError(str(folder), "the run of another protocol", expected)
-    return has_ended(folder) is not None
+    return has_ended(run) is not None
 
 
 def _names_itself(loaded: Loaded) -> bool:
-    """Tell whether a protocol gives itself a name, instead of its file's."""
+    """Return whether a protocol gives itself a name, instead of its file's."""
     return isinstance(loaded.document.data, dict) and loaded.document.data.get("name") is not None
 
 
@@ -211,13 +210,12 @@ def _run_one(path: Path, folder: Path, point: Point, progress: Progress) -> End:
     return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
 
 
-def _result(point: Point, folder: Path, *, skipped: bool) -> PointResult:
-    """Read the result of a point from its record."""
-    run = RunReader(folder / RECORD)
+def _result(point: Point, run: RunReader, *, skipped: bool) -> PointResult:
+    """Return the result of a point from its record."""
     end, message = run.outcome.end, run.outcome.message
     return PointResult(
         point=point,
-        folder=folder,
+        folder=run.path.parent,
         outcome=end,
         message=message,
         figures=figures_of(run),
@@ -248,24 +246,23 @@ def safe_cell(value: Scalar) -> Scalar:
     return f"'{value}" if unicodedata.normalize("NFKC", value).lstrip().startswith(("=", "+", "-", "@")) else value
 
 
-def _plot(points: Sequence[PointResult], path: Path) -> Path:
+def _plot(records: Sequence[tuple[Point, RunReader]], path: Path) -> Path:
     """Plot stress over strain of all points that have rows, one panel an axis, dark to light."""
     from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    runs = [(one, RunReader(one.folder / RECORD)) for one in points]
-    drawn = [(one, run.size, curves_of(run)) for one, run in runs if len(run.trace)]
+    drawn = [(point, run.size, curves_of(run)) for point, run in records if len(run.trace)]
     every = [curve for _, _, curves in drawn for curve in curves]
     axes = tuple(dict.fromkeys(curve.axis for curve in every))
     factor, unit = stress_unit([part.stress for curve in every for part in curve.parts])
     figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")
     panels = figure.subplots(1, max(len(axes), 1), squeeze=False)[0]
     named: dict[Axis, set[str]] = {axis: set() for axis in axes}
-    for number, (one, _, curves) in enumerate(drawn):
+    for number, (point, _, curves) in enumerate(drawn):
         colour = colormaps["viridis"](0.9 * number / max(len(drawn) - 1, 1))
         for curve in curves:
             panel = panels[axes.index(curve.axis)]
-            label: str | None = one.point.label if number < MOST_LABELS else None
+            label: str | None = point.label if number < MOST_LABELS else None
             for part in curve.parts:
                 draw_part(panel, part, factor, ls=STYLES[part.role], color=colour, lw=1.6, label=label)
                 label = None

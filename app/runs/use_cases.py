@@ -144,7 +144,7 @@ def resume_run(
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
         if record is not None and record.outcome.end != "abort":
-            return reopen(record, folder, saved, progress, draw=draw)
+            return reopen(record, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
         task = make_task(loaded, folder, began, progress, watch, draw=draw)
         with _compiling():
@@ -154,15 +154,15 @@ def resume_run(
                 sys.stderr.write(f"{folder}: no checkpoint to go on from: starts from the beginning\n")
                 return run_from_start(task, *mount_specimen(loaded))
             require_same(task.checkpoint, saved.origin.facts, task.origin.facts)
-            return resume(task, saved)
+            return resume(task, saved, record.trace)
 
 
-def has_ended(run: Path | str) -> Outcome | None:
-    """Return how a run ended; None if it can be resumed."""
-    folder = _folder(run)
-    if (folder / CHECKPOINT).exists():
+def has_ended(run: Path | str | RunReader) -> Outcome | None:
+    """Return how a run ended, by its folder, its record's path or its record; None if it can be resumed."""
+    path = run.path if isinstance(run, RunReader) else _folder(run) / RECORD
+    if path.with_name(CHECKPOINT).exists():
         return None
-    outcome = RunReader(folder / RECORD).outcome
+    outcome = run.outcome if isinstance(run, RunReader) else RunReader(path).outcome
     return None if outcome.end == "abort" else outcome
 
 

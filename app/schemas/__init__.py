@@ -3,7 +3,7 @@
 document  YAML to plain data with lines and columns
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
-defaults  what holds though a file does not say it
+defaults  defaults of fields that a file leaves out
 base, models, specimen, materials  structure, published as JSON Schema
 locate    errors with file, line and column
 here      which words a protocol's rig and knit allow
@@ -12,7 +12,7 @@ step_parts, steps  steps: for each its model and its conversion
 convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
 tables    points of waveforms from CSV files beside a protocol
 centrelines  a yarn of the user's own, as CSV
-material_files  the files that materials and centrelines of one's own stand in
+material_files  files of materials and centrelines of one's own
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import ValidationError
 
+from app.extensions import load_extensions
 from app.schemas.convert import to_data, to_domain, to_yaml
 from app.schemas.convert_specimen import NamedText
 from app.schemas.defaults import defaults_of
@@ -84,7 +85,7 @@ class Loaded:
     points : tuple of Point
         The points of its sweep, where it has one and none was chosen.
     defaults : Mapping
-        What holds though the file does not say it, by its place in it.
+        Defaults of fields that the file leaves out, by their place in it.
     """
 
     protocol: Protocol
@@ -96,7 +97,7 @@ class Loaded:
 
     @property
     def text(self) -> str:
-        """Return the text that says the protocol again, verbatim where no value and no table was put into it."""
+        """Return the text of the protocol, verbatim where no value and no table was put into it."""
         return self.resolved or self.document.text
 
     def one_test(self) -> Loaded:
@@ -179,7 +180,7 @@ def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, material
     text : str
         The protocol.
     path, name : str
-        What stands for the file it came from.
+        Names of the file it came from, or of what it is in place of one.
     materials : str
         Text of the file that it names under `materials`.
 
@@ -235,6 +236,7 @@ def _loaded(
 
     Tables and the centreline that it names are beside its `file`.
     """
+    load_extensions()
     faults = Faults()
     data, unknown = substitute(document, chosen, faults)
     data, tables = with_tables(document, data, file, faults)
@@ -258,7 +260,7 @@ def _loaded(
     points = tuple(point for point in points if not set(point.values) <= set(chosen))
     protocol, defaults = whole, defaults_of(model, whole)
     files = [*tables, *([] if yarn is None else ["its centreline"])]
-    # A sweep is read once more for each of its points; every other text must say the protocol without its tables.
+    # A sweep is read once more for each of its points; any other text must be complete without its tables.
     if not chosen and (points or not files):
         return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
     said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *files])
@@ -304,5 +306,6 @@ def from_yaml(text: str, materials: str = "") -> Protocol:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of a protocol file."""
+    load_extensions()
     schema = ProtocolModel.model_json_schema(by_alias=True)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -4,7 +4,7 @@
     -4.0, -6.4, 2.0, course-
     -3.87, -6.39, 1.98,
 
-One row a point, in the order of the yarn; units stand in the header, or once as ``unit`` in the protocol. ``l`` is the
+One row a point, in the order of the yarn; units are in the header, or once as ``unit`` in the protocol. ``l`` is the
 loop width. Columns ``site`` and ``strand`` may be left out.
 """
 
@@ -33,7 +33,7 @@ _NAMES: Final = ("x", "y", "z", "site", "strand")
 
 
 class _Table:
-    """Hold what an error needs to say where in the CSV it is."""
+    """Place in a CSV, for errors."""
 
     def __init__(self, path: str, before: int) -> None:
         self.path, self.before = path, before
@@ -53,7 +53,7 @@ def read_centreline(
     text : str
         The CSV.
     path : str
-        The file that it stands in, for errors.
+        Its file, for errors.
     before : int
         Lines of that file before its first.
     unit : str, optional

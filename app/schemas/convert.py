@@ -1,4 +1,4 @@
-"""Turn the models of a file into the domain's protocol, and a protocol into text."""
+"""Conversion of the models of a file to the domain's protocol, and of a protocol to text."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
 
 
 def to_data(protocol: Protocol) -> dict[str, Any]:
-    """Return a protocol as the data of a file that says everything, defaults too."""
+    """Return a protocol as the data of a file, defaults included."""
     spec = protocol.specimen
     own = {spec.material.name: materials.written(spec.material)} if isinstance(spec.material, Material) else {}
     return {

@@ -1,4 +1,4 @@
-"""Turn the specimen of a file into the domain's, and back into the data of a file."""
+"""Conversion of the specimen of a file to the domain's, and back to the data of a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 class NamedText(NamedTuple):
-    """Hold the text of a file that a protocol names."""
+    """Text of a file that a protocol names."""
 
     path: str
     text: str
@@ -82,7 +82,7 @@ def to_specimen(
             loops=loops,
             layers=layers[0] if layers else 1,
             loop_width=model.loop,
-            # Another stands in for one that is not known, to look for more mistakes.
+            # One that is not known is replaced by another, to find more mistakes.
             material=next(iter(known)) if substance is None else substance if model.material in own else model.material,
             friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
             nodes_per_loop=nodes,
@@ -114,7 +114,7 @@ def _by_values(knit: Model, loop_width: float, document: Document, text: NamedTe
 
 
 def _made_yarn(model: SpecimenModel, fabric: Fabric | None) -> Yarn | None:
-    """Return the yarn of fibres that a specimen asks for, if it does and its knit is known."""
+    """Return the yarn of fibres of a specimen, if it has one and its knit is known."""
     return None if model.yarn is None or fabric is None else _yarn(model.yarn, fabric.fibre_radius, model.loop)
 
 
@@ -148,7 +148,7 @@ def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[
 
 
 def written_knit(fabric: Fabric) -> object:
-    """Return a fabric as a file says it: by its values, or by its name where these cannot be said.
+    """Return a fabric as the data of a file: its values, or its name where it has none in a file.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def _filament(model: FilamentModel, loop_width: float) -> Fabric:
 
 
 def own_centreline(model: CentrelineModel, loop_width: float, document: Document, text: NamedText | None) -> Fabric:
-    """Return the fabric of a centreline, whose text stands in a file beside the protocol or in the protocol itself."""
+    """Return the fabric of a centreline, whose text is in a file beside the protocol or in the protocol itself."""
     with at(document, ("specimen", "knit")):
         if text is None and "\n" not in model.centreline:
             raise SpecificationError(

@@ -34,7 +34,7 @@ def to_steps(models: Sequence[Model], document: Document, place: Place, faults: 
     place : tuple
         Place of the list.
     faults : Faults
-        Takes what is out of its range; another step stands in for one with such a value.
+        Takes what is out of its range; a step with such a value is replaced by another.
     """
     return tuple(
         faults.of(partial(_step, model, document, (*place, number), faults), _STAND_IN)

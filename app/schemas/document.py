@@ -67,7 +67,7 @@ class Document:
 
 
 def read_text(path: Path, kind: str = "protocol", *, form: str = "a YAML file", most: int = MAX_BYTES) -> str:
-    """Return the text of a file of `most` bytes; `kind` and `form` say in errors what it should hold.
+    """Return the text of a file of `most` bytes; `kind` and `form` name in errors what it should hold.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def read_text(path: Path, kind: str = "protocol", *, form: str = "a YAML file", 
 
 
 def parse_text(text: str, path: str, kind: str = "protocol") -> Document:
-    """Return the one document of a YAML text; `kind` says in errors what it should hold.
+    """Return the one document of a YAML text; `kind` names in errors what it should hold.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def scalar(text: str) -> Data:
 
 
 def _is_label(place: Place) -> bool:
-    """Tell whether the value at a place is always a text, whatever it looks like, such as a name."""
+    """Return whether the value at a place is always a text, even if it looks like a number, such as a name."""
     return bool(place) and place[-1] in LABELS and place[0] not in {"params", "sweep"}
 
 

@@ -102,7 +102,7 @@ class Faults:
 
 
 def in_order(errors: Sequence[ProtocolError]) -> ProtocolError:
-    """Return the first of some errors with the others as its `more`: as they stand in the file, what is missing last.
+    """Return the first of some errors with the others as its `more`: in the order of the file, what is missing last.
 
     Of several at one spot the first stays: what follows from a mistake is none of its own.
     """

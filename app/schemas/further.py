@@ -22,7 +22,7 @@ _LOOPS: Final[Mapping[bool, Data]] = {False: [1, 1], True: [1, 1, 1]}
 _STEP: Final[Data] = {"zero": {"channels": ["force"]}}
 _LEFT_OUT: Final = frozenset({"materials", "sweep"})
 
-#: What only the rig, the knit and the material can tell.
+#: Fields whose values only the rig, the knit and the material decide.
 _BY_RIG: Final = ("mount", "others", "specimen.knit", "log.clock_offset", "log.clock_skew")
 _BY_KNIT: Final = ("mount", "specimen.knit", "specimen.loops", "specimen.hook", "specimen.yarn", "specimen.fused")
 BY_MATERIAL: Final = ("specimen.material", "specimen.viscoelastic", "specimen.yield", "specimen.rupture")
@@ -51,7 +51,7 @@ def further_errors(
     specimen = data.get("specimen")
     knit = specimen.get("knit") if isinstance(specimen, dict) else None
     if isinstance(knit, dict) and "centreline" in knit:
-        # The file that it may stand in is not at hand here.
+        # The file that it may be in is not available here.
         fields.append("specimen.knit")
     knitless = any(is_within(field, "specimen.knit") for field in fields)
     try:
@@ -103,11 +103,11 @@ def _good(values: Data, fields: Sequence[str], within: str = "") -> dict[str, Da
 
 
 def _is_misspelt(field: str, found: Sequence[SpecificationError]) -> bool:
-    """Tell whether an unknown field is a misspelling of one that is missing."""
+    """Return whether an unknown field is a misspelling of one that is missing."""
     unknown = (error.field for error in found if error.found == "an unknown field")
     return any(nearest(one, [field]) for one in unknown)
 
 
 def is_within(field: str, part: str) -> bool:
-    """Tell whether a field is a given part of a protocol, or inside it."""
+    """Return whether a field is a given part of a protocol, or inside it."""
     return field == part or field.startswith((f"{part}.", f"{part}["))

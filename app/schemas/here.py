@@ -27,9 +27,9 @@ def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
     Parameters
     ----------
     data : Data
-        The protocol as it stands in the file; what is wrong in it restricts nothing.
+        The protocol as in the file; what is wrong in it restricts nothing.
     place : tuple
-        Where the word stands; for an unknown field the mapping that it stands in, and ``""``.
+        Place of the word; for an unknown field that of its mapping, and ``""``.
     known : iterable of str
         Every word that some protocol may have there.
     """
@@ -52,7 +52,7 @@ def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
 
 
 def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[Axis] | None) -> bool:
-    """Tell whether a rig allows a word for what a name stands for."""
+    """Return whether a rig allows a word as the value of a field."""
     match name:
         case "knit":
             return word not in fabric_names() or _can_pull(rig, fabric_named(word).axes)
@@ -85,7 +85,7 @@ def _idle(rig: Arrangement) -> set[str]:
 
 
 def _can_pull(rig: Arrangement, knit: Sequence[Axis]) -> bool:
-    """Tell whether a rig can pull a knit with faces across some axes."""
+    """Return whether a rig can pull a knit with faces across some axes."""
     return any(axis in knit for axis in rig.axes) if rig.mounts_one else set(rig.axes) <= set(knit)
 
 

@@ -97,7 +97,7 @@ def at(document: Document, place: Place) -> Iterator[None]:
 
 
 def _in_material(details: Mapping[str, Any]) -> bool:
-    """Tell whether an error is in a material that the protocol itself defines."""
+    """Return whether an error is in a material that the protocol itself defines."""
     return details["loc"][:1] == ("materials",) and len(details["loc"]) > 2
 
 
@@ -158,7 +158,7 @@ def _unknown_step(document: Document, place: Place, found: object) -> ProtocolEr
 
 
 def _not_yet(name: object) -> str:
-    """Return the remark on a word the language has but no rig honours yet."""
+    """Return the remark on a word of the language that no rig supports yet."""
     return f" ({name} is not available yet)" if isinstance(name, str) and name in NOT_YET else ""
 
 

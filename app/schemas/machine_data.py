@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
-from importlib.resources import files
 from types import NoneType
 from typing import TYPE_CHECKING, get_args, get_origin, get_type_hints
 
@@ -13,6 +12,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
 from knitlab_core.errors import FormatError, SpecificationError
+from rigs.machines.catalogue import machine_named
 from rigs.machines.machine import MachineData
 from rigs.protocol.catalogue import arranged
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
-    """Return the numbers of every machine of a protocol's rig, with the load cell that it asks for.
+    """Return the numbers of every machine of a protocol's rig, with the load cell of the protocol.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
     machine : MachineName
         The machine.
     path : Path or None
-        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for the machine's own there.
+        A file in the form of ``rigs/data/biaxial_hook.yaml``; None for the machine's own.
 
     Returns
     -------
@@ -64,6 +64,8 @@ def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
     ------
     FormatError
         If the file is not YAML, a field is missing or unknown, or a value is of another type.
+    SpecificationError
+        If no machine has the name.
     """
     return _own_numbers(machine) if path is None else _numbers_in(path, machine)
 
@@ -71,7 +73,7 @@ def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:
 @cache
 def _own_numbers(machine: MachineName) -> MachineData:
     """Read the machine's own file, cached for the service."""
-    return _numbers_in(files("rigs") / "data" / f"{machine.replace('-', '_')}.yaml", machine)
+    return _numbers_in(machine_named(machine).numbers, machine)
 
 
 def _numbers_in(source: Traversable, machine: MachineName) -> MachineData:

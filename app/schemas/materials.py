@@ -150,7 +150,7 @@ def to_materials(document: Document) -> dict[str, Material]:
 
 
 def to_domain(models: Mapping[str, MaterialModel], document: Document) -> dict[str, Material]:
-    """Return the materials that stand under `materials` in a document.
+    """Return the materials under `materials` in a document.
 
     Raises
     ------
@@ -271,7 +271,7 @@ def _points(model: CurveModel) -> tuple[CurvePoint, ...]:
 
 def _placed(document: Document, material: Place, error: SpecificationError) -> ProtocolError:
     """Return an error of the domain with line and column of the number it blames."""
-    # `material.relaxation[0].share` stands under `terms`, `material.yield_curve[0].stress` under `points`, any other
+    # `material.relaxation[0].share` is under `terms`, `material.yield_curve[0].stress` under `points`, any other
     # number under `value`.
     names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)][1:]
     if len(names) > 1:

@@ -15,9 +15,9 @@ from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnMod
 from app.schemas.step_parts import EVENTS, EVERY_CYCLE
 from app.schemas.steps import STEP_MODELS, StepModel
 from app.schemas.units import allowed
-from app.schemas.values import Force, Frequency, Label, Strain, Switch, Time
+from app.schemas.values import AnyRig, Force, Frequency, Label, Strain, Switch, Time
 from rigs.axes import Axis
-from rigs.protocol.catalogue import Others, RigName
+from rigs.protocol.catalogue import Others
 
 SCHEMA: Final = "knitlab/protocol@1"
 
@@ -39,7 +39,7 @@ class LogModel(Model):
 
 
 def _materials_branch(value: object) -> str:
-    """Tell the name of a materials file from materials defined in the protocol."""
+    """Return the branch of the union: the name of a materials file, or materials defined in the protocol."""
     return f"{BRANCH}here" if isinstance(value, dict) else f"{BRANCH}file"
 
 
@@ -50,7 +50,7 @@ class ProtocolModel(Model):
     name: Label | None = Field(
         default=None, description="a text or a number that names the test; without it the name of its file"
     )
-    rig: RigName = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
+    rig: AnyRig = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
     mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(
@@ -76,7 +76,7 @@ class ProtocolModel(Model):
     steps: list[StepModel] = Field(description="a list of steps")
 
 
-# The model of a mapping, by the key it stands under: what errors say of missing and unknown fields.
+# The model of a mapping, by its key: what errors name of missing and unknown fields.
 MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
     {
         "": ProtocolModel,

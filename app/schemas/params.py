@@ -33,7 +33,7 @@ def substitute(document: Document, chosen: Mapping[str, Data], faults: Faults) -
     Returns
     -------
     data : Data
-        What stands in the place of a parameter with mistakes is its text.
+        A parameter with mistakes is replaced by its text.
     unknown : set of Spot
         Where that is.
 

@@ -1,4 +1,4 @@
-"""Describe the specimen in the YAML of a protocol: knit, yarn, and what goes beyond elastic rods."""
+"""Models of the specimen in a protocol file: knit, yarn, and what goes beyond elastic rods."""
 
 from typing import Annotated, Final, Literal
 
@@ -25,7 +25,7 @@ RuptureSwitch = Annotated[Rupture, BeforeValidator(_rupture)]
 
 
 class StitchModel(Model):
-    """Give the values of a stitch."""
+    """Values of a stitch."""
 
     curvature: StitchValue = Field(description="a pure number, such as 1.5")
     height: StitchValue = _STITCH
@@ -35,7 +35,7 @@ class StitchModel(Model):
 
 
 class VolumetricStitchModel(Model):
-    """Give the values of a volumetric stitch."""
+    """Values of a volumetric stitch."""
 
     curvature: StitchValue = Field(description="a pure number, such as 1.5")
     wale_height: StitchValue = _STITCH
@@ -68,7 +68,7 @@ VOLUMETRIC: Final = f"{BRANCH}volumetric"
 
 
 def _knit_branch(value: object) -> str:
-    """Tell a name, the values of a stitch and those of a volumetric one apart."""
+    """Return the branch of the union that a knit belongs to: a name, or the values of one kind of fabric."""
     if not isinstance(value, dict):
         return f"{BRANCH}name"
     if "filament" in value:
@@ -104,7 +104,7 @@ class FusedModel(Model):
 
 
 class SpecimenModel(Model):
-    """Name the knit on the rig."""
+    """The specimen on the rig."""
 
     knit: Annotated[
         Annotated[str, Tag(f"{BRANCH}name")]

@@ -48,7 +48,7 @@ TAG: Final = Field(default=None, description="a text or a number that names the 
 
 
 class UntilModel(Model):
-    """Say what ends a step before its target; what is met first does, at once if it is met when the step begins.
+    """Conditions that end a step before its target; what is met first does, at once if it is met when the step begins.
 
     A level without a side is passed as the step goes: at or above it where the step pulls, at or below it where a ramp
     lets go, from whichever side in a hold.
@@ -62,20 +62,20 @@ class UntilModel(Model):
 
 
 class StepLogModel(Model):
-    """Say how a step is logged where it differs from the test."""
+    """Logging of a step where it differs from the test."""
 
     rate: Frequency | None = Field(default=None, description=allowed("frequency"))
     events: Frequency | None = Field(default=None, description=EVENTS)
 
 
 class CycleLogModel(StepLogModel):
-    """Say also which of its cycles are."""
+    """The same of a step of cycles, with those that are kept."""
 
     every_cycle: int | None = Field(default=None, description=EVERY_CYCLE)
 
 
 class TargetModel(Model):
-    """Say where axes go: one of a strain, a displacement and a force."""
+    """Target of the axes: one of a strain, a displacement and a force."""
 
     strain: Strain | None = Field(default=None, description=allowed("strain"))
     displacement: Length | None = Field(default=None, description=allowed("length"))
@@ -102,7 +102,7 @@ class TargetModel(Model):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Say in the published schema that a level alone is a target too."""
+        """Return the JSON Schema, in which a level alone is a target too."""
         mapping = handler.resolve_ref_schema(handler(schema))
         return {"anyOf": [mapping, {"type": ["number", "string"], "description": TARGET}]}
 

@@ -113,7 +113,7 @@ def _written_ramp(step: Ramp) -> dict[str, Any]:
 
 
 class HoldModel(Model):
-    """Stand still, or keep forces."""
+    """Keep displacements, or forces."""
 
     duration: Time = Field(alias="for", description=allowed("time"))
     axes: list[Axis] | None = Field(default=None, description=AXES)
@@ -153,7 +153,7 @@ def _end(body: CycleModel, name: str) -> float:
 
 def _cycle(body: CycleModel, context: StepContext) -> Cycle:
     lower, upper = (context.faults.of(partial(_end, body, name), None) for name in ("lower", "upper"))
-    # Ends that are fine stand in for those that are not.
+    # An end that is refused is replaced by one that is not.
     ends = (0.0, 1.0) if lower is None or upper is None else (lower, upper)
     return Cycle(lower=ends[0], upper=ends[1], n=body.n, **driven(body, context))
 
@@ -290,4 +290,4 @@ else:
 STEP_MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
     {"to": TargetModel, "until": UntilModel, **{name: entry.model for name, entry in ENTRIES.items()}}
 )
-"""The model of a mapping in a step, by the key it stands under: what errors say of missing and unknown fields."""
+"""The model of a mapping in a step, by its key: what errors name of missing and unknown fields."""

@@ -14,7 +14,7 @@ from app.schemas.document import dotted
 from app.schemas.errors import Faults, ProtocolError, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from app.schemas.document import Document, Place
     from app.schemas.models import ProtocolModel
@@ -53,10 +53,13 @@ def points_of(model: ProtocolModel, document: Document) -> tuple[Point, ...]:
     count = math.prod(len(values) for values in sweep.values())
     if count > MOST_POINTS:
         raise _refusal(document, ("sweep",), f"{count} points", f"{MOST_POINTS} points or fewer")
-    return tuple(
-        Point(label=label_of(dict(zip(sweep, values, strict=True))), values=dict(zip(sweep, values, strict=True)))
-        for values in itertools.product(*sweep.values())
-    )
+    return tuple(Point(label=label_of(values), values=values) for values in combinations(sweep))
+
+
+def combinations(values: Mapping[str, Sequence[Scalar]]) -> Iterator[dict[str, Scalar]]:
+    """Yield every combination of the values of some parameters, the last name running fastest."""
+    for chosen in itertools.product(*values.values()):
+        yield dict(zip(values, chosen, strict=True))
 
 
 def _check(name: str, values: Sequence[Scalar], params: Sequence[str], document: Document) -> None:

@@ -73,7 +73,7 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
 
 
 class _Inlining:
-    """Walk through steps and read the tables that they name, each once."""
+    """Read the tables that steps name, also those inside `repeat`, each once."""
 
     def __init__(self, document: Document, folder: Path | None, faults: Faults) -> None:
         self.document, self.folder, self.faults = document, folder, faults
@@ -160,7 +160,7 @@ def _units(path: Path, line: int, cells: list[str], kind: Control) -> tuple[str,
 
 
 def _is_unit(unit: str, dimension: Dimension) -> bool:
-    """Tell whether a unit measures what a column has; a strain may have the unit 1."""
+    """Return whether a unit measures what a column has; a strain may have the unit 1."""
     try:
         _value(1.0, unit, dimension)
     except UnitError:

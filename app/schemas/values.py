@@ -3,14 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Final, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, cast
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, GetJsonSchemaHandler, PlainValidator, WithJsonSchema
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError
 
 from app.schemas.errors import shown
 from app.schemas.units import Dimension, allowed, parse
 from knitlab_core.errors import SpecificationError, UnitError
+from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.targets import Bound, ForceRate, Rate, StrainRate
 
 if TYPE_CHECKING:
@@ -130,8 +131,22 @@ def _text_schema(dimension: Dimension) -> WithJsonSchema:
     return WithJsonSchema({"type": "string", "description": allowed(dimension)})
 
 
+def _rig_name(value: object) -> str:
+    """Return the name of a rig."""
+    if not isinstance(value, str) or value not in CATALOGUE:
+        raise PydanticKnownError("literal_error", {"expected": " or ".join(f"'{name}'" for name in CATALOGUE)})
+    return value
+
+
+class _RigNames:
+    """JSON Schema of the names of rigs, those that were registered among them."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {**handler(schema), "enum": list(CATALOGUE)}
+
+
+AnyRig = Annotated[str, BeforeValidator(_rig_name), _RigNames()]
 Length = Annotated[float, BeforeValidator(partial(_quantity, "length")), _text_schema("length")]
-Speed = Annotated[float, BeforeValidator(partial(_quantity, "speed")), _text_schema("speed")]
 Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schema("time")]
 Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
 Stress = Annotated[float, BeforeValidator(partial(_quantity, "stress")), _text_schema("stress")]

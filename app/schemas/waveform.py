@@ -35,7 +35,7 @@ _STAND_IN: Final[tuple[tuple[float, float], ...]] = ((0.0, 0.0), (1.0, 0.0))
 
 
 def _point(value: object) -> tuple[float, object]:
-    """Return the time of a point [s] and its level as the file has it: `kind` says what it measures."""
+    """Return the time of a point [s] and its level as the file has it; `kind` is what it measures."""
     if not isinstance(value, list) or len(value) != 2 or isinstance(value[1], bool | dict | list | None):
         raise refuse(POINT)
     try:

@@ -20,7 +20,7 @@ class ServiceError(KnitlabError):
     detail : str
         Its one line.
     kind : str
-        The last part of the problem's type, such as ``invalid-protocol``; empty where the status says all.
+        The last part of the problem's type, such as ``invalid-protocol``; empty where the status is enough.
 
     Examples
     --------

@@ -11,14 +11,14 @@ result.json               how it ended; made once, never changed
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-import socket
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from app.file_lock import held, holder
+from app.plain_data import from_data
 from app.records.folder import write_whole
 from app.service.jobs import JobSpec, Progress
 
@@ -28,10 +28,6 @@ if TYPE_CHECKING:
 
 
 _DataT = TypeVar("_DataT", JobSpec, Progress, "Result")
-
-
-class LockedError(Exception):
-    """Another process works in the folder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,30 +137,14 @@ class JobFolder:
         LockedError
             If another process holds it.
         """
-        with (self.path / "lock").open("a+b", buffering=0) as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise LockedError from error
-            file.truncate(0)
-            file.write(json.dumps({"host": socket.gethostname(), "pid": os.getpid()}).encode())
+        with held(self.path / "lock"):
             yield
 
     def holder(self) -> int | None:
         """Return the process on this host that holds the lock; None if there is none, or it is elsewhere."""
-        try:
-            with (self.path / "lock").open("rb") as file:
-                try:
-                    fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    said = json.loads(file.read() or b"{}")
-                    return int(said["pid"]) if said.get("host") == socket.gethostname() else None
-        except FileNotFoundError:
-            pass
-        return None
+        return holder(self.path / "lock")
 
 
 def read_as(kind: type[_DataT], data: bytes | str) -> _DataT:
     """Parse JSON into a dataclass; fields of a newer version are ignored."""
-    known = {field.name for field in fields(kind)}
-    return kind(**{name: value for name, value in json.loads(data).items() if name in known})
+    return from_data(kind, json.loads(data))

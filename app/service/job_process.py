@@ -18,9 +18,10 @@ from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.file_lock import LockedError
 from app.records.folder import RECORD
 from app.records.storage import fault_of
-from app.service.folder import JobFolder, LockedError, Result
+from app.service.folder import JobFolder, Result
 from app.service.jobs import Progress
 from app.service.row_file import RowFile, restore
 from knitlab_core.errors import FormatError, KnitlabError
@@ -138,7 +139,7 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
 
 
 def _report_earlier(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
-    """Report how far earlier attempts came; tell whether the test has ended."""
+    """Report how far earlier attempts came; return whether the test has ended."""
     from app.records.reader import RunReader  # noqa: PLC0415
 
     record = RunReader(files.run / RECORD)

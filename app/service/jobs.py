@@ -94,7 +94,7 @@ class Progress:
     rows : int
         Equilibria so far.
     crossings : sequence of mapping
-        Where a fibre passed a limit of its material so far, as `LimitCrossing.data` says it.
+        Where a fibre passed a limit of its material so far, as `LimitCrossing.data` gives it.
     """
 
     share: float = 0.0
@@ -115,7 +115,7 @@ class Job:
     id, name : str
         Its id in this store, and the name of its protocol.
     state : State
-        A test that ruptured or overloaded has *succeeded*; `end` says how it ended.
+        A test that ruptured or overloaded has *succeeded*; `end` is how it ended.
     created, started, finished : datetime
         When it was accepted, first begun and ended, in UTC.
     attempts : int

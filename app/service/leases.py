@@ -29,14 +29,14 @@ _SECONDS_BETWEEN_TRIES: Final = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """What the store asks of a running job: its owner, its state and whether it is to pause."""
+    """Order of the store to a running job: its owner, its state and whether it is to pause."""
 
     owner: str | None
     state: str
     wanted: str | None
 
     def to(self, owner: str) -> Asked | None:
-        """Return what the order asks of a run."""
+        """Return what a run has to do by the order."""
         if self.owner != owner:
             return "lost"
         if self.state == "cancelling":
@@ -71,7 +71,7 @@ class Lease:
     leaving: threading.Event
 
     def asked(self) -> Asked | None:
-        """Return what the store asks of this run now."""
+        """Return the store's order to this run now."""
         return self.retrying(lambda: orders(self.store, [self.job])[self.job]).to(self.owner)
 
     def begin(self) -> None:
@@ -155,7 +155,7 @@ def take_lease(store: Store, delivery: str, leaving: threading.Event) -> Lease |
 
 
 def orders(store: Store, running: Iterable[str]) -> dict[str, Order]:
-    """Return what the store asks of running jobs; a deleted job has no owner."""
+    """Return the store's orders to running jobs; a deleted job has no owner."""
     asked = list(running)
     query = sa.select(jobs.c.id, jobs.c.owner, jobs.c.state, jobs.c.wanted).where(jobs.c.id.in_(asked))
     with store.engine.begin() as connection:

@@ -24,7 +24,7 @@ class FewAlike(logging.Filter):
         self._kinds: dict[tuple[str, int], list[float]] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Tell whether an entry is written."""
+        """Return whether an entry is written."""
         now = time.monotonic()
         began, count = self._kinds.get((record.pathname, record.lineno), (now, 0))
         left_out = 0

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 import uvicorn
 
 from app.service.api.build import create_app
+from app.service.api.connections import BATCH, ConnectionLimiter, Limits, connections_within, watched_by
 from app.service.api.context import Context
-from app.service.api.door import BATCH, Door, Limits, connections_within, watched_by
 from app.service.api.guard import require_token_for
 from app.service.housekeeping import Housekeeping
 from app.service.log import set_up_log
@@ -121,7 +121,7 @@ def _answering(app: FastAPI, listener: socket.socket, limits: Limits) -> Iterato
     """
     config = uvicorn.Config(
         app,
-        http=watched_by(Door(limits)),
+        http=watched_by(ConnectionLimiter(limits)),
         log_config=None,
         log_level="warning",
         access_log=False,

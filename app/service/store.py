@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     _Row = sa.Row[*tuple[Any, ...]]
 
 _LARGEST_PAGE: Final = 1000
-_DONE: Final = Progress(share=1.0, text="done")
 
 
 class StoreAwayError(KnitlabError):

@@ -101,7 +101,7 @@ def make_tables(engine: sa.Engine) -> None:
 def hold(connection: sa.Connection, job: str) -> sa.Row[*tuple[Any, ...]] | None:
     """Lock a job's row for this transaction and return it; None if there is none.
 
-    The update changes nothing. It is what both databases know for taking a row before it is read.
+    The update changes nothing. Both databases lock a row so before it is read.
     """
     this = jobs.c.id == job
     connection.execute(sa.update(jobs).where(this).values(id=jobs.c.id))

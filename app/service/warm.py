@@ -45,7 +45,7 @@ def _prepare() -> None:
     one_thread()
     try:
         warm_up()
-    except Exception:  # noqa: BLE001 (the jobs will say it in their logs)
+    except Exception:  # noqa: BLE001 (the jobs will log it)
         traceback.print_exc(file=sys.stderr)
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 import socket
 import threading
 import uuid
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Final
 
+from app.file_lock import LockedError, held
 from app.service.deliveries import listen, stop_listening
 from app.service.heartbeat import LEASE, Heartbeat, requeue_lost
 from app.service.supervisor import GRACE, Supervisor
@@ -141,19 +141,13 @@ def own(settings: Settings) -> Iterator[None]:
     if not settings.embedded:
         yield
         return
-    import fcntl  # noqa: PLC0415 (not on Windows)
-
     settings.data.mkdir(parents=True, exist_ok=True)
-    with (settings.data / "lock").open("a+b", buffering=0) as file:
+    with ExitStack() as stack:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            file.seek(0)
-            who = json.loads(file.read() or b"{}")
+            stack.enter_context(held(settings.data / "lock"))
+        except LockedError as error:
             raise StoreInUseError(
-                f"{settings.data}: process {who.get('pid', '?')} on {who.get('host', '?')} serves this store; "
+                f"{settings.data}: process {error.pid} on {error.host} serves this store; "
                 "one server per store, or KNITLAB_DB for many"
             ) from error
-        file.truncate(0)
-        file.write(json.dumps({"host": socket.gethostname(), "pid": os.getpid()}).encode())
         yield

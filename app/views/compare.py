@@ -45,7 +45,7 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, 
     paths : sequence of Path
         Run folders, or their ``run.h5``.
     out : Path
-        Where the figure shall stand; its suffix chooses the format.
+        Path of the figure to write; its suffix chooses the format.
     by_modulus : bool
         Divide the stress by Young's modulus of the run's yarn.
     axis : Axis or None

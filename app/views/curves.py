@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from app.records.results import protocol_of, zeroings_of
+from app.records.results import zeroings_of
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.cycles import stress_strain
 from rigs.instruments.pchip import Pchip
@@ -72,7 +72,7 @@ class Part:
 
     @property
     def still(self) -> bool:
-        """Tell whether strain and stress are constant, so that the part is drawn as one point."""
+        """Return whether strain and stress are constant, so that the part is drawn as one point."""
         return bool(np.ptp(self.strain) < STILL and np.ptp(self.stress) <= STILL * np.abs(self.stress).max())
 
 
@@ -153,8 +153,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
     """
     if not len(run.trace):
         raise SpecificationError("run.equilibria", 0, "at least one row to plot")
-    protocol = protocol_of(run)
-    zeroings = zeroings_of(run, protocol)
+    zeroings = zeroings_of(run)
     trace = parted(run.trace)
     curves = []
     for axis in trace.axes:
@@ -162,7 +161,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
         curves.append(
             Curve(
                 axis=axis,
-                parts=tuple(_parts(trace, found, _roles(protocol, axis))),
+                parts=tuple(_parts(trace, found, _roles(run.test, axis))),
                 log=_log_of(run, axis),
                 marks=tuple(_mark(crossing, rows[:, crossing.row]) for crossing in run.crossings),
             )

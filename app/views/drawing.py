@@ -7,45 +7,44 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from app import beside
-from app.records.reader import RunReader
 
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable, Iterator
-    from pathlib import Path
     from types import TracebackType
     from typing import Self
 
-    Draw = Callable[[Path, str], Callable[[], None]]
+    from app.records.reader import RunReader
+
+    Draw = Callable[[RunReader, str], Callable[[], None]]
 
 DRAWN: Final = b"drawn\n"
-"""What a process says that has drawn."""
+"""Reply of a process that has drawn."""
 
 IDLE_SECONDS: Final = 120.0
 """Time that a process which is ready to draw waits for a record [s]; it does not hold memory through a long test."""
 
 
-def draw_pictures(record: Path, name: str) -> None:
+def draw_pictures(run: RunReader, name: str) -> None:
     """Draw the plot and the knit of a record that has rows, into its folder.
 
     Parameters
     ----------
-    record : Path
-        ``run.h5``.
+    run : RunReader
+        The record.
     name : str
         What the names of the files begin with.
     """
     from app.views.plots import stress_strain_plot  # noqa: PLC0415
     from app.views.renders import knit_frames  # noqa: PLC0415 (matplotlib: only where something is drawn)
 
-    run = RunReader(record)
-    stress_strain_plot(run, record.with_name(f"{name}_stress_strain.png"))
-    knit_frames(run, record.with_name(f"{name}_knit.png"))
+    stress_strain_plot(run, run.path.with_name(f"{name}_stress_strain.png"))
+    knit_frames(run, run.path.with_name(f"{name}_knit.png"))
 
 
-def draw_here(record: Path, name: str) -> Callable[[], None]:
+def draw_here(run: RunReader, name: str) -> Callable[[], None]:
     """Return a function that draws in this process, as `draw_pictures` does."""
-    return lambda: draw_pictures(record, name)
+    return lambda: draw_pictures(run, name)
 
 
 class Drawer:
@@ -58,9 +57,9 @@ class Drawer:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = beside.start("app.views.drawing_process")
 
-    def __call__(self, record: Path, name: str) -> Callable[[], None]:
+    def __call__(self, run: RunReader, name: str) -> Callable[[], None]:
         """Begin to draw; return a function that waits for the end of it."""
-        asked = json.dumps([str(record.absolute()), name]).encode() + b"\n"
+        asked = json.dumps([str(run.path.absolute()), name]).encode() + b"\n"
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError):  # the process has ended: the answer will be empty
                 self._process.stdin.write(asked)
@@ -68,7 +67,7 @@ class Drawer:
 
         def wait() -> None:
             if self._answer() != DRAWN:
-                draw_pictures(record, name)
+                draw_pictures(run, name)
 
         return wait
 

@@ -14,6 +14,7 @@ from queue import Empty
 from typing import Final
 
 from app import beside
+from app.records.reader import RunReader
 from app.views.drawing import DRAWN, IDLE_SECONDS, draw_pictures
 
 AHEAD: Final = (
@@ -41,7 +42,7 @@ def main() -> None:
         record, name = json.loads(asked.get(timeout=IDLE_SECONDS))
     except Empty:
         return
-    draw_pictures(Path(record), name)
+    draw_pictures(RunReader(Path(record)), name)
     answers.write(DRAWN)
     answers.flush()
 

@@ -106,7 +106,7 @@ def print_plan(plan: Plan) -> None:
 
 
 def _limit_lines(plan: Plan) -> Iterator[str]:
-    """Yield the strain that the test asks of the yarn, and the limits it would pass."""
+    """Yield the strain of the yarn in the test, and the limits it would pass."""
     spec = plan.protocol.specimen
     if plan.budget is not None:
         budget, least = plan.budget, " at least" * any(stroke.searches for stroke in plan.strokes)
@@ -124,7 +124,7 @@ def _limit_lines(plan: Plan) -> Iterator[str]:
 
 
 def _densities(plan: Plan) -> str:
-    """Return what the steps say of their logs."""
+    """Return the logging of the steps as text."""
     log, own = plan.protocol.log, any(step.leaf.step.log is not None for step in plan.steps)
     events = log.events is not None or any(step.leaf.step.log and step.leaf.step.log.events for step in plan.steps)
     return f"{' and as the steps say' if own else ''}{', more near events' if events else ''}"

@@ -63,7 +63,7 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     run : RunReader
         The run; one that was cut off is plotted as far as it went.
     path : Path
-        Where the PNG shall stand.
+        Path of the PNG to write.
 
     Returns
     -------

@@ -122,7 +122,7 @@ def tangents_of(points: FloatArray, sizes: IntArray) -> FloatArray:
 
 
 def joined(yarn: Tube) -> npt.NDArray[np.bool_]:
-    """Tell of every two consecutive points, (n - 1,), whether they belong to one piece."""
+    """Return whether every two consecutive points belong to one piece, (n - 1,)."""
     found = np.ones(len(yarn.points) - 1, dtype=np.bool_)
     found[np.cumsum(yarn.sizes)[:-1] - 1] = False
     return found

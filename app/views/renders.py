@@ -49,14 +49,14 @@ SITE_COLOURS = {"wale+": "#D55E00", "wale-": "#E69F00", "course+": "#0072B2", "c
 def knit_frames(run: RunReader, path: Path) -> Path:
     """Draw the knit up to the largest strain: first, middle, peak and every 20 %, on one scale.
 
-    Where a fibre is strained beyond a limit of its material the title says so, and crosses mark the spots.
+    Where a fibre is strained beyond a limit of its material the title names it, and crosses mark the spots.
 
     Parameters
     ----------
     run : RunReader
         A run with frames.
     path : Path
-        Where the PNG shall stand.
+        Path of the PNG to write.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def specimen_picture(specimen: Specimen, path: Path) -> Path:
     specimen : Specimen
         Nodes, radius and site sets.
     path : Path
-        Where the PNG shall stand.
+        Path of the PNG to write.
 
     Returns
     -------

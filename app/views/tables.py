@@ -1,4 +1,4 @@
-"""Show plans, specimens and results in a terminal, or as JSON."""
+"""Plans, specimens and results as tables in a terminal, or as JSON."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
 
 
 def _loop_budgets(spec: SpecimenSpec) -> str:
-    """Say when the loops of a volumetric knit have used up their yarn."""
+    """Return the text that names the strain at which loops of a volumetric knit have used up their yarn."""
     budgets = loop_budgets(spec.fabric, spec.yarn)
     if not budgets:
         return "unknown: which parts of the yarn are loops is not known"

@@ -1,4 +1,4 @@
-"""What fused points bear, as a protocol says it."""
+"""Strength of fused points, as a protocol gives it."""
 
 from dataclasses import dataclass
 from math import inf

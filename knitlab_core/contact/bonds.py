@@ -69,7 +69,7 @@ class Bonds(NamedTuple):
 
 
 class BondState(NamedTuple):
-    """How the bonds stand at an equilibrium.
+    """State of the bonds at an equilibrium.
 
     `hold`: (B,) 1 for whole bonds, 0 for broken ones, between only while a break is followed; `load`: (B,) share
     of its strength that a bond bears, 0 for broken ones; `energy`: stored in bonds; `released`: energy lost by
@@ -88,7 +88,7 @@ class BondState(NamedTuple):
 
     @property
     def whole(self) -> BoolArray:
-        """Tell which bonds (B,) are not broken."""
+        """Return which bonds (B,) are not broken."""
         return self.hold > 0.0
 
 

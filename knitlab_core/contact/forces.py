@@ -20,7 +20,7 @@ from knitlab_core.rods.vectors import Vector, combine, dot, norm, row, scale, su
 
 
 class PairState(NamedTuple):
-    """What friction knows of pairs.
+    """State of friction of pairs.
 
     `anchor`: (P, 3) line between the centrelines at the last equilibrium less the elastic slip there;
     `start_slip`: (P, 3) that slip; `start_load`: (P,) normal force there; `load`: (P,) lagged normal force;

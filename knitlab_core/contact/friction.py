@@ -59,7 +59,7 @@ def _recall(memory: Memory, candidates: Candidates, base: FloatArray, lead: Lead
             state.anchor[p, c] = base[a, c] - base[b, c]
     known = memory.key.size
     for s in range(candidates.span_a.size):
-        # Within a span pair keys rise, as they do in the memory: one walk along both.
+        # Within a span pair keys rise, as they do in the memory: one pass along both.
         first, last = candidates.start[s], candidates.start[s + 1]
         k = np.searchsorted(memory.key, candidates.a[first] * samples + candidates.b[first])
         for p in range(first, last):
@@ -79,7 +79,7 @@ def _recall(memory: Memory, candidates: Candidates, base: FloatArray, lead: Lead
 
 
 def recall(memory: Memory, candidates: Candidates, base: FloatArray, lead: Lead = STEADY) -> PairState:
-    """Give every candidate pair what it had at the last equilibrium; new pairs start without slip.
+    """Return the state of every candidate pair at the last equilibrium; new pairs start without slip.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ class Balls(NamedTuple):
 def fill_balls(x: FloatArray, spans: IndexArray, balls: Balls) -> float:
     """Fill the balls of spans for nodes x (N, 3+), positions or motions; return the largest radius.
 
-    A span lies in the triangle of its control polygon.
+    A span is inside the triangle of its control polygon.
     """
     largest = 0.0
     for i in spans:

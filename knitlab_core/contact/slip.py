@@ -1,6 +1,6 @@
 """Slip between the surfaces of two strands: how it is measured, and how it depends on the unknowns.
 
-The points of the two surfaces that touched at the last equilibrium ride on their strands: each lies half-way
+The points of the two surfaces that touched at the last equilibrium ride on their strands: each is half-way
 along the line r0 between the two centrelines and turns with its own strand by R since then. What has opened
 between them since is r - (Ra + Rb) r0 / 2; across the normal that is the slip. Strands that move and turn
 together do not slip, strands that roll on each other do not either, and friction acts on them with a couple.

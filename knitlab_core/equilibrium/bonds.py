@@ -58,7 +58,7 @@ class BondTerm:
         bond_hessian(self._placed, self.bonds, self._weights, exact, self.pattern, blocks)
 
     def state(self, before: BondState) -> BondState:
-        """Return how the bonds stand, of which these are the whole ones in `before`."""
+        """Return the state of the bonds, of which these are the whole ones in `before`."""
         loads = np.zeros(self.bonds.a.size)
         bond_loads(self._placed, self.bonds, len(self._weights), loads)
         load = np.zeros(before.whole.size)

@@ -61,7 +61,7 @@ class ContactTerm:
     rubbing : Candidates
         Sample pairs in which friction acts.
     state : PairState
-        What friction knows of these.
+        Friction's state of these.
     """
 
     spans: SpanPairs
@@ -105,7 +105,7 @@ class ContactTerm:
         return largest_approach(self._listed, q[:, :3] - self._listed, self._law.distance + SKIN, enough)
 
     def keep_listed(self, q: FloatArray) -> bool:
-        """List the span pairs again if strands may have approached by much of the skin; say whether. Forces stay."""
+        """List the span pairs again if strands may have approached by much of the skin; return whether. Forces stay."""
         spare = LIST_AGAIN * SKIN
         with self._clock("neighbours"):
             if self._used(q, spare) <= spare:
@@ -127,7 +127,7 @@ class ContactTerm:
         self.touching = room.first(spans, pairs)
 
     def lag(self) -> int:
-        """Let friction act in the pairs that touch, with their loads; return their number."""
+        """Switch friction on in the pairs that touch, with their loads; return their number."""
         if self.rubbing is not self.touching:
             self._rooms.reverse()
             self._rub(self.touching)
@@ -152,7 +152,7 @@ class ContactTerm:
             friction_gradient(self._placed, self.rubbing, self._samples, law, self.state, gradient)
 
     def fits(self, pattern: Pattern) -> bool:
-        """Take a pattern; tell whether it has the blocks of all pairs that act."""
+        """Take a pattern; return whether it has the blocks of all pairs that act."""
         self._pattern = pattern
         return all(locate_across(pattern, pairs)[1] for pairs in (self.touching, self.rubbing))
 

@@ -42,7 +42,7 @@ class Hooks(NamedTuple):
 
     @property
     def rubs(self) -> bool:
-        """Tell whether any pole has friction."""
+        """Return whether any pole has friction."""
         return bool((self.friction > 0.0).any())
 
 
@@ -149,7 +149,8 @@ class HookTerm:
     def _law(self) -> FloatArray:
         """Return what `friction_law` says of every hook, (3, H)."""
         law: FloatArray = np.array([friction_law(abs(slip), self._limit) for slip in self._slip.tolist()])
-        return law.reshape(-1, 3).T
+        columns: FloatArray = law.reshape(-1, 3).T
+        return columns
 
     def add_hessian(self, _: float, blocks: FloatArray) -> None:
         """Add the stiffness along the poles to the blocks, and keep what the pulls depend on."""

@@ -93,7 +93,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray, way: Motion, ahead
 
 
 def _approach(work: Workspace, state: State, motion: FloatArray, guess: FloatArray) -> tuple[FloatArray, Frames] | None:
-    """Put the fixtures where they must be; return configuration and frames, None if strands would cross.
+    """Place the fixtures; return configuration and frames, None if strands would cross.
 
     Where a guess would drive strands through each other only the safe part of it is gone, and the yarn answers to the
     rest of the fixtures' motion from there: so fixtures carry along the yarn beside them.
@@ -251,7 +251,7 @@ def march(
     work : Workspace
         Buffers of the model.
     state : State
-        Equilibrium at parameter 0, or where the pace says.
+        Equilibrium at parameter 0, or where the pace is.
     path : callable
         Target (N, 4) at a parameter.
     longest : float

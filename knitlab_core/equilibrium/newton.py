@@ -6,7 +6,7 @@ every iteration and the search solves the balance of forces itself, so that no
 lag is left in the answer; that system is not symmetric, and progress is judged
 by the natural monotonicity test (Deuflhard 2004, section 3.3). Where strands snap
 there is no balance near by to be found: the search goes back to the energy, with
-the loads of where it stands, and comes nearer to its minimum before they follow again.
+the loads of the current place, and comes nearer to its minimum before they follow again.
 A search that makes no progress is handed to pseudo-transient continuation (`continuation.py`).
 """
 
@@ -103,7 +103,7 @@ class _Loads:
     snapped: bool = False
 
     def snap(self, fraction: float) -> bool:
-        """Count short steps on the balance of forces; tell whether they are a snap, and hold the loads if so."""
+        """Count short steps on the balance of forces; return whether they are a snap, and hold the loads if so."""
         self.short = self.short + 1 if fraction <= SHORT else 0
         if self.short < MOST_SHORT:
             return False
@@ -205,7 +205,7 @@ def equilibrate(
     -------
     q, frames, gradient, Report
         Configuration, its frames, the gradient there (reactions at fixed
-        unknowns), and how it went; an equilibrium only if the report says so.
+        unknowns), and how it went; an equilibrium only if the report has it converged.
     """
     model, stiffness = work.model, work.stiffness
     free = ~model.fixed

@@ -54,7 +54,7 @@ def _locate(pattern: Pattern, span_a: IndexArray, span_b: IndexArray, across: In
     for s in range(span_a.size):
         first = span_b[s] - 1
         for y in range(3):
-            # A column's blocks stand together, its diagonal first; a span's three rows follow each other.
+            # A column's blocks are together, its diagonal first; a span's three rows follow each other.
             column = span_a[s] - 1 + y
             at = pattern.diagonal[column]
             end = pattern.diagonal[column + 1] if column + 1 < n else rows.size

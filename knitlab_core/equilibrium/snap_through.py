@@ -1,4 +1,4 @@
-"""Let strands that snap come to rest, with the fixtures where they are.
+"""Snap-through: strands that snap come to rest, with the fixtures where they are.
 
 Past a limit point, or after a fibre broke, there is no equilibrium near by. Strands then move as through a viscous
 fluid that thins out: each move minimises the energy and a drag c |x - x0|^2 / 2 to where it began, an implicit Euler
@@ -89,7 +89,7 @@ def counted(before: State, after: State) -> State:
 
 
 def jumps_between(before: State, after: State) -> bool:
-    """Tell whether a fibre or a fused point broke, or strands snapped, between one equilibrium and the next."""
+    """Return whether a fibre or a fused point broke, or strands snapped, between one equilibrium and the next."""
     broke = before.fracture_work != after.fracture_work or before.bonds.whole.sum() != after.bonds.whole.sum()
     return broke or after.snap_work - before.snap_work > _doubt(before, after)
 

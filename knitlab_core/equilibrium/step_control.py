@@ -100,7 +100,7 @@ def path_error(before: State, memory: Memory, motion: Motion, model: Model) -> t
 
 @dataclass(slots=True, kw_only=True)
 class Pace:
-    """Where a march stands; it keeps this up to date, so that another can go on from there.
+    """Position of a march; kept up to date, so that another can resume from there.
 
     Attributes
     ----------

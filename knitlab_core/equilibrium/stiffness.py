@@ -48,7 +48,7 @@ class Stiffness:
 
     @property
     def analysed(self) -> bool:
-        """Tell whether there is a pattern."""
+        """Return whether there is a pattern."""
         return self._linear is not None
 
     def analyse(self, q: FloatArray, near: Candidates, bonds: Bonds | None) -> None:

@@ -26,7 +26,7 @@ class Term(Protocol):
     """A part of the energy, in the configuration last placed [E r^3]."""
 
     def fits(self, pattern: Pattern) -> bool:
-        """Tell whether a pattern has all blocks of the term's stiffness; the term uses this pattern from now on."""
+        """Return whether a pattern has all blocks of the term's stiffness; the term uses this pattern from now on."""
         ...
 
     def place(self, q: FloatArray, frames: Frames) -> None:

@@ -1,6 +1,6 @@
-"""Describe knits: from the stitch's formula to one yarn of nodes with named boundary sites.
+"""Knits: from the stitch's formula to one yarn of nodes with named boundary sites.
 
-fabric      what every fabric knows of itself: the protocol behind which the knits stand
+fabric      protocol of a fabric, which all knits implement
 registry    fabrics that have a name
 stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
 garter, rib  ... with purl rows or wales
@@ -14,7 +14,6 @@ clearance   ... refused where strands overlap
 directors   frames that follow the yarn without turning about it
 fibres      the fibres of a yarn, wound around its centreline
 fibre_clearance  ... refused where they overlap
-linking     how often closed curves wind around each other
 clasp       ... whether loops hold each other
 mesh        where the nodes are
 specimen    nodes in metres, checked
@@ -31,8 +30,7 @@ from knitlab_core.knits.fabric import Clasps, Counts, Fabric, LoopBudget, PlateR
 from knitlab_core.knits.fibre_clearance import FibreClearance, check_fibres
 from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
 from knitlab_core.knits.filament import Filament
-from knitlab_core.knits.linking import linking_number
-from knitlab_core.knits.loop_shape import locking_strain, neighbour_gap
+from knitlab_core.knits.loop_shape import locking_strain
 from knitlab_core.knits.own_centreline import OwnCentreline
 from knitlab_core.knits.planar import planar_line
 from knitlab_core.knits.plates import Plates, plate_nodes
@@ -73,9 +71,7 @@ __all__ = [
     "fibre_strands",
     "joined_clasps",
     "knit_specimen",
-    "linking_number",
     "locking_strain",
-    "neighbour_gap",
     "planar_line",
     "plate_nodes",
     "register",

@@ -1,4 +1,4 @@
-"""Turn a loop's parameter into arc length and back, to rounding.
+"""Arc length of a loop's parameter and back, to rounding.
 
 The speed ``|d gamma/dt|`` of Eq. 1 has the period pi, so half a loop is all that is tabulated: Gauss-Legendre
 quadrature panel by panel, and inside a panel from its left end; the way back is Newton's. It has that period for every
@@ -44,7 +44,7 @@ def _first(stitch: LoopShape, sine_once: FloatArray, cosine_twice: FloatArray, s
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArcTable:
-    """Hold the arc length of half a loop at evenly spaced t.
+    """Arc length of half a loop at evenly spaced t.
 
     Parameters
     ----------

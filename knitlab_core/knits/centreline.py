@@ -44,7 +44,7 @@ class Site:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Centreline:
-    """Hold one contiguous yarn, by arc length.
+    """Centreline of one contiguous yarn, by arc length.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Centreline:
         return self._gather(s, lambda piece, local: piece.curvature(local))
 
     def place(self, s: float) -> str:
-        """Name the spot at arc length s in the words of a knitter."""
+        """Return the place of arc length s as text: row and loop."""
         index = int(self._piece_index(np.array([s]))[0])
         return self.pieces[index].place(s - float(self.starts[index]))
 

@@ -1,4 +1,4 @@
-"""Tell whether a knit is knitted: whether its loops hold each other.
+"""Return whether a knit is knitted: whether its loops hold each other.
 
 A head holds a loop if the yarn of that loop goes through it: up between the head's legs on one side of its apex and
 down again on the other. So single loops are taken, from foot to foot, and the yarn of the loop that is held on either

@@ -1,4 +1,4 @@
-"""Refuse a stitch whose yarn would overlap itself, and say where."""
+"""Check that the yarn of a stitch does not overlap itself."""
 
 from __future__ import annotations
 

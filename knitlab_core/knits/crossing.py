@@ -14,7 +14,7 @@ def crossing_number(loop: FloatArray, curve: FloatArray) -> int:
     """Return how often a curve passes through the ladder between the two halves of a loop, signed by its direction.
 
     The ladder has a rung from each corner of the loop to the one as far from the loop's other end, and two triangles
-    between rungs. It lies between the loop's legs whatever way they are bent, turned or drawn out, so the number
+    between rungs. It is between the loop's legs whatever way they are bent, turned or drawn out, so the number
     changes only where the curve passes the loop itself, leaves past the last rung, or has an end drawn through.
 
     Parameters
@@ -46,13 +46,13 @@ def crossing_number(loop: FloatArray, curve: FloatArray) -> int:
 
 
 def _passes(start: FloatArray, end: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
-    """Tell on which side segments (m, 3) pass edges (n, 3) from a to b: the sign of a tetrahedron's volume, (m, n)."""
+    """Return on which side segments (m, 3) pass edges (n, 3) from a to b, (m, n): the sign of a tetrahedron."""
     volume = np.sum((end - start)[:, None] * np.cross(a - start[:, None], b - start[:, None]), axis=-1)
     passes: BoolArray = volume >= 0.0
     return passes
 
 
 def _inside(first: BoolArray, second: BoolArray, third: BoolArray) -> BoolArray:
-    """Tell which lines of segments go through triangles whose three edges they pass on the same side."""
+    """Return which lines of segments go through triangles: they pass all three edges on the same side."""
     inside: BoolArray = (first == second) & (second == third)
     return inside

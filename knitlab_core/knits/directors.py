@@ -1,4 +1,4 @@
-"""Carry a pair of directors along a yarn without turning about it, so that they never flip.
+"""Directors along a yarn, carried without turning about it, so that they never flip.
 
 Frenet's frame turns over wherever a yarn has no curvature (straight stretches, inflections), and spins
 near there. The rotation-minimising frame has no such places, and along a loop of Eq. 1 it comes back to

@@ -1,6 +1,6 @@
 """Find where a yarn comes closest to itself.
 
-Two points of one curve are always near when little yarn lies between them. Where the curvature is at most
+Two points of one curve are always near when little yarn is between them. Where the curvature is at most
 kappa, the distance from a point grows along the yarn for the next pi/kappa and is then 2/kappa or more (Schur's
 comparison with the circle). So only pairs at least pi/kappa apart are searched, and a yarn of radius r is
 clear of itself exactly if r kappa < 1 and their least distance is above 2 r.
@@ -35,7 +35,7 @@ _TIE: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Approach:
-    """Hold a pair of spots on the yarn and their distance.
+    """Pair of spots on the yarn, and their distance.
 
     Parameters
     ----------

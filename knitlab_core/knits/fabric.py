@@ -1,25 +1,23 @@
-"""What a fabric knows of itself: the one thing that specimens, fixtures and estimates ask of any knit.
+"""Protocol of a fabric: the members that specimens, fixtures and estimates use of any knit.
 
 Lengths are in loop widths throughout, arc lengths are counted from the start of the yarn.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from dataclasses import Field
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-
-FaceAxis: TypeAlias = Literal["C", "W", "P"]
-"""Axis across which a fabric can have two opposite faces: course x, wale y, pile z."""
 
 
 class Counts(NamedTuple):
-    """Hold how often a fabric repeats."""
+    """Repeats of a fabric."""
 
     rows: int
     """Along the wale."""
@@ -30,7 +28,7 @@ class Counts(NamedTuple):
 
 
 class Clasps(NamedTuple):
-    """Hold which stretches of the yarn are held loops, and which are the heads that hold them [loop widths]."""
+    """Stretches of the yarn that are held loops, and the heads that hold them [loop widths]."""
 
     heads: FloatArray
     """(..., 2) arc lengths of the two feet of each holding loop."""
@@ -39,7 +37,7 @@ class Clasps(NamedTuple):
 
 
 class LoopBudget(NamedTuple):
-    """Hold how far the yarn of one loop reaches."""
+    """Reach of the yarn of one loop."""
 
     locking: float
     """Equibiaxial strain at which the loop has used up its yarn (estimate) [1]."""
@@ -52,7 +50,7 @@ class LoopBudget(NamedTuple):
 
 
 class PlateRoom(NamedTuple):
-    """Hold what there is for two load plates to be printed around [loop widths]."""
+    """Room for two load plates to be printed around [loop widths]."""
 
     height: float
     """From the feet of the bottom layer to the heads of the top one."""
@@ -61,7 +59,7 @@ class PlateRoom(NamedTuple):
 
 
 class Fabric(Protocol):
-    """Promise all that a specimen needs to know of a fabric; a frozen dataclass, equal where its numbers are."""
+    """Members that a specimen needs of a fabric; a frozen dataclass, equal where its numbers are."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
@@ -73,12 +71,12 @@ class Fabric(Protocol):
         """Return the radius of a yarn of one fibre [loop widths]."""
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which it has faces with boundary sites; layers repeat along ``P`` alone."""
 
     @property
     def straight(self) -> bool:
-        """Tell whether it is one straight strand without loops: clamps hold its ends, its strain is the fabric's."""
+        """Return whether it is one straight strand without loops: clamps hold its ends, its strain is the fabric's."""
 
     @property
     def description(self) -> str:
@@ -124,7 +122,7 @@ class Fabric(Protocol):
             Naming two places where strands overlap, or a bend tighter than the fibre; ``loop_width`` is for its mm.
         """
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budget of its loops by the axis across the course along which they reach.
 
         Parameters

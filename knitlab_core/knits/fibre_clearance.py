@@ -1,4 +1,4 @@
-"""Refuse a yarn of fibres that would overlap: fibre with fibre inside the yarn, and yarn with yarn."""
+"""Check that a yarn of fibres does not overlap: fibre with fibre inside the yarn, and yarn with yarn."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _FIBRE_STEP: Final = 0.5
 """Distance of the spots between which fibres are compared [fibre radii]."""
 
 _FAR: Final = 1e6
-"""Squared distance to what lies beyond a fibre's ends [loop widths^2]."""
+"""Squared distance beyond a fibre's ends [loop widths^2]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FibreClearance:
-    """Hold the least gaps between surfaces [loop widths].
+    """Least gaps between surfaces [loop widths].
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _TURN_SAMPLES: Final = 4097
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yarn:
-    """Say how a yarn is made of fibres, and how the solver shall see it.
+    """Yarn of fibres, and the model that the solver has of it.
 
     Fibre j runs at ``gamma(s) + R (cos th e2 + sin th e3)``, ``th = twist s + phase + 2 pi j / n``, where s is
     the arc length of the yarn's centreline from its start and e2, e3 are its rotation-minimising directors.
@@ -170,7 +170,7 @@ def fibre_strands(centreline: Centreline, arc_lengths: FloatArray, yarn: Yarn) -
     Returns
     -------
     tuple of FloatArray
-        n arrays (m, 3) [loop widths]. Point k of each fibre lies in the centreline's cross-section at spot k.
+        n arrays (m, 3) [loop widths]. Point k of each fibre is in the centreline's cross-section at spot k.
     """
     middle = centreline.position(arc_lengths)
     if yarn.winding_radius == 0.0:

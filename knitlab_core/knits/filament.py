@@ -1,4 +1,4 @@
-"""Lay a straight filament: not a knit, but what a rig is proved with."""
+"""Straight filament: no knit, but a specimen to prove a rig with."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
 
 LARGEST_RADIUS: Final = 0.1
 """Largest radius of a filament, in its lengths."""
@@ -24,7 +25,7 @@ LARGEST_RADIUS: Final = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filament:
-    """Hold the shape of a straight filament; its length takes the place of a loop's width.
+    """Shape of a straight filament; its length takes the place of a loop's width.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ class Filament:
             raise SpecificationError("filament", f"{2.0 * self.fibre_radius:.4g} of its length", allowed)
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the course, along which it is laid."""
         return ("C",)
 
@@ -87,13 +88,13 @@ class Filament:
         return {}
 
     def check_held(self, counts: Counts) -> None:
-        """Hold nothing."""
+        """Return no clasps."""
 
     def clearance(self, line: Centreline, counts: Counts, *, loop_width: float) -> float:  # noqa: ARG002 (straight)
         """Return its own length: nothing is beside it [lengths]."""
         return 1.0
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:  # noqa: ARG002 (it has no loops)
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (it has no loops)
         """Return nothing: it has no loops."""
         return {}
 
@@ -125,5 +126,5 @@ class Straight:
         return np.zeros((len(s), 3))
 
     def place(self, s: float) -> str:
-        """Name the spot."""
+        """Return the place as text."""
         return f"{s:.0%} of the filament"

@@ -63,7 +63,7 @@ class PurlRow:
         return _mirrored(self.knit_row.curvature(s))
 
     def place(self, s: float) -> str:
-        """Name the row and the loop, both counted from 0."""
+        """Return row and loop as text, counted from 0."""
         return self.knit_row.place(s)
 
 

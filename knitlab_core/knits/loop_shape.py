@@ -12,9 +12,6 @@ from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final, TypeGuard
 
-import numpy as np
-
-from knitlab_core.angles import arc_tangents, sine
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -27,7 +24,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType(
 
 
 def is_positive(value: object) -> TypeGuard[float]:
-    """Tell whether a value is a finite number above 0; a truth value is no number."""
+    """Return whether a value is a finite number above 0; a truth value is no number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf
 
 
@@ -45,7 +42,7 @@ def check_number(name: str, value: object, *, most: float) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopShape:
-    """Hold the shape of one loop and the distance of its rows.
+    """Shape of one loop, and the distance of its rows.
 
     Parameters
     ----------
@@ -86,24 +83,6 @@ class LoopShape:
     def __post_init__(self) -> None:
         for field in fields(self):
             check_number(field.name, getattr(self, field.name), most=LARGEST[field.name])
-
-
-def widest_parameter(stitch: LoopShape) -> float:
-    """Return t*, where a head is widest and its tangent has no part along the course.
-
-    ``dx/dt = 0`` at ``cos 2t = -1/2a``; a stitch with a <= 1/2 never overhangs and is taken at the waist, pi/2.
-    """
-    at = max(-1.0, -0.5 / stitch.curvature)
-    return 0.5 * float(arc_tangents(np.array(math.sqrt(1.0 - at * at)), np.array(at)))
-
-
-def neighbour_gap(stitch: LoopShape) -> float:
-    """Return the course distance between neighbouring heads of a row at their widest [loop widths].
-
-    ``1 - (t* + a sin 2t*)/pi``, centre to centre: an upper bound on the least distance of the knit.
-    """
-    t = widest_parameter(stitch)
-    return 1.0 - (t + stitch.curvature * float(sine(np.array(2.0 * t)))) / math.pi
 
 
 def locking_strain(stitch: LoopShape, yarn_per_loop: float, fibre_radius: float | None = None) -> float:

@@ -20,7 +20,7 @@ _END_TOLERANCE: Final = 1e-9
 
 
 class Mesh(NamedTuple):
-    """Hold where the nodes of a yarn are and which of them are sites."""
+    """Nodes of a yarn, and which of them are sites."""
 
     arc_lengths: FloatArray
     """(N,) arc length of each node, from 0 [loop widths]."""

@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget, PlateRoom
+    from knitlab_core.axes import Axis
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
 
 SITE_SETS: Final[tuple[SiteSet, ...]] = get_args(SiteSet)
 FEWEST_POINTS: Final = 8
 MOST_POINTS: Final = 10_000
 
-_FACES: Final[Mapping[FaceAxis, tuple[SiteSet, SiteSet]]] = {
+_FACES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {
     "C": ("course-", "course+"),
     "W": ("wale-", "wale+"),
     "P": ("pile-", "pile+"),
@@ -42,7 +43,7 @@ class OwnCentreline:
     """Knit along given points, in the order of the yarn; a `Fabric`.
 
     What is not known of it is left out: no clasp numbers, no arc-length budget, no wires through its loops, no plates.
-    Whether its loops hold each other is for its maker to know.
+    Whether its loops hold each other is not checked.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ class OwnCentreline:
             raise SpecificationError("centreline", found, "sites on opposite faces, such as course- and course+")
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return the axes across which it has sites."""
         named = {face for _, face in self.sites}
         return tuple(axis for axis, pair in _FACES.items() if pair[0] in named)
@@ -118,7 +119,7 @@ class OwnCentreline:
         """Return the yarn length over the number of loops that it is said to have [loop widths]."""
         return curve_through(self.points).length / math.prod(counts)
 
-    def centreline(self, counts: Counts) -> Centreline:  # noqa: ARG002 (its points say all)
+    def centreline(self, counts: Counts) -> Centreline:  # noqa: ARG002 (its points are all there is)
         """Return the yarn with its sites, those of an edge in the order of their places along it."""
         curve = curve_through(self.points)
         sites: list[Site] = []
@@ -132,7 +133,7 @@ class OwnCentreline:
             ]
         return Centreline(pieces=(curve,), sites=tuple(sites))
 
-    def middle(self, counts: Counts) -> FloatArray:  # noqa: ARG002 (its points say all)
+    def middle(self, counts: Counts) -> FloatArray:  # noqa: ARG002 (its points are all there is)
         """Return the point (3,) midway between the means of opposite sites, elsewhere of its extent [loop widths]."""
         points = np.array(self.points)
         middle: FloatArray = 0.5 * (points.min(axis=0) + points.max(axis=0))
@@ -156,7 +157,7 @@ class OwnCentreline:
         except GeometryError as error:
             raise GeometryError("specimen.knit", error.found, error.expected) from error
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:  # noqa: ARG002 (as above)
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (as above)
         """Return nothing: which stretches are loops is not known."""
         return {}
 

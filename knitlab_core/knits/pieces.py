@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Piece(Protocol):
-    """Promise a curve by its own arc length, from 0 to `length` [loop widths]."""
+    """Protocol of a curve by its own arc length, from 0 to `length` [loop widths]."""
 
     @property
     def length(self) -> float:
@@ -33,7 +33,7 @@ class Piece(Protocol):
         """Return curvature vectors, d tangent/ds, (n,) -> (n, 3) [1/loop width]."""
 
     def place(self, s: float) -> str:
-        """Name the spot in the words of a knitter."""
+        """Return the place as text."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +103,7 @@ class Row:
         return curvature
 
     def place(self, s: float) -> str:
-        """Name the row and the loop, both counted from 0."""
+        """Return row and loop as text, counted from 0."""
         t = float(self.parameter(np.array([s]))[0])
         loop = min(max(math.floor((t + math.pi) / (2.0 * math.pi)), 0), self.loops - 1)
         return f"row {self.row}, loop {loop}"
@@ -154,7 +154,7 @@ class Turn:
         return -self._outward(s) / self.radius
 
     def place(self, s: float) -> str:
-        """Name what it joins, counted from 0."""
+        """Return what it joins as text, counted from 0."""
         part = "first" if s < 0.5 * self.length else "second"
         return f"turn-around {self.joins}, {part} half"
 

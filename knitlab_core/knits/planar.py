@@ -27,7 +27,7 @@ _SAMPLES: Final = 65
 
 
 class PlanarRow(Piece, Protocol):
-    """Promise a row of loops: loop j has its head at t = 2 pi j and its feet at pi before and after."""
+    """Protocol of a row of loops: loop j has its head at t = 2 pi j and its feet at pi before and after."""
 
     @property
     def direction(self) -> int:
@@ -38,7 +38,7 @@ class PlanarRow(Piece, Protocol):
 
 
 class PlanarKnit(Protocol):
-    """Promise the rows of a planar knit; all are equally long, and so are all turns."""
+    """Protocol of the rows of a planar knit; all are equally long, and so are all turns."""
 
     @property
     def fibre_radius(self) -> float:
@@ -60,7 +60,7 @@ class PlanarKnit(Protocol):
 
 
 def planar_line(knit: PlanarKnit, *, rows: int, loops: int) -> Centreline:
-    """Lay one yarn through all rows of a planar knit.
+    """Return one yarn through all rows of a planar knit.
 
     Parameters
     ----------

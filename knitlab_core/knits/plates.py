@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Plates(NamedTuple):
-    """Hold what two plates clamp, and how far apart they stand."""
+    """Nodes that two plates clamp, and the gap between the plates."""
 
     lower: IndexArray
     """Nodes inside the plate at the pile- face, ascending."""
@@ -29,9 +29,9 @@ class Plates(NamedTuple):
 def plate_nodes(specimen: Specimen, *, depth: float | None = None) -> Plates:
     """Return the nodes inside two plates, each printed around all yarn beyond its inner face.
 
-    The lower plate's inner face stands ``depth`` above the feet of the bottom layer's pile loops. These feet lie on
-    the base line of the rows, so wale loops, which stand below it, and turn-arounds of the bottom layer are inside as
-    a whole. The upper plate's stands ``depth`` below the heads of the top layer's pile loops and holds only them.
+    The lower plate's inner face is ``depth`` above the feet of the bottom layer's pile loops. These feet are on
+    the base line of the rows, so wale loops, which are below it, and turn-arounds of the bottom layer are inside as
+    a whole. The upper plate's is ``depth`` below the heads of the top layer's pile loops and holds only them.
 
     Parameters
     ----------

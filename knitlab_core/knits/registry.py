@@ -1,4 +1,4 @@
-"""Fabrics that have a name: what a protocol may say in the place of a knit's numbers.
+"""Fabrics that have a name: the names that a protocol may have in the place of a knit's numbers.
 
 To add a stitch, write its file beside this one and add its names to `_FABRICS`. A fabric from outside knitlab is added
 by `register`.
@@ -6,7 +6,6 @@ by `register`.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
@@ -14,6 +13,7 @@ from knitlab_core.knits.garter import NAMED_GARTERS
 from knitlab_core.knits.rib import NAMED_RIBS
 from knitlab_core.knits.stitch import NAMED_STITCHES
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES
+from knitlab_core.registries import register_part
 
 if TYPE_CHECKING:
     from knitlab_core.knits.fabric import Fabric
@@ -24,7 +24,6 @@ _FABRICS: Final[dict[str, Fabric]] = {
     **NAMED_RIBS,
     **NAMED_GARTERS,
 }
-_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
 
 
 def fabric_names() -> tuple[str, ...]:
@@ -60,8 +59,4 @@ def register(name: str, fabric: Fabric) -> None:
     SpecificationError
         If the name is none, or another fabric has it already.
     """
-    if not _NAME.fullmatch(name):
-        raise SpecificationError("fabric", name, "a letter, then up to 63 letters, digits, _, . and -")
-    if _FABRICS.get(name, fabric) != fabric:
-        raise SpecificationError("fabric", name, "a name that no other fabric has")
-    _FABRICS[name] = fabric
+    register_part("fabric", _FABRICS, name, fabric)

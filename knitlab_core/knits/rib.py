@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class _Spot(NamedTuple):
-    """Say where on a row some arc lengths are."""
+    """Return where on a row some arc lengths are."""
 
     t: FloatArray
     """Parameter of the row [rad]."""
@@ -104,7 +104,7 @@ class RibRow:
         return curvature
 
     def place(self, s: float) -> str:
-        """Name the row and the loop, both counted from 0."""
+        """Return row and loop as text, counted from 0."""
         t = float(self._spot(np.array([s])).t[0])
         return f"row {self.row}, loop {min(max(math.floor((t + math.pi) / (2.0 * math.pi)), 0), self.loops - 1)}"
 

@@ -30,13 +30,13 @@ MOST_NODES_PER_LOOP: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Specimen:
-    """Hold a knit as the solver takes it: the nodes of its yarn, centred on 0, in SI units.
+    """Knit as the solver takes it: the nodes of its yarn, centred on 0, in SI units.
 
     Parameters
     ----------
     nodes : FloatArray
         Positions (N, 3) strand by strand: x course, y wale, z pile or out of plane [m]. The quadratic B-spline that
-        they control passes through the strand, so a node lies outside a bend by edge² curvature / 8.
+        they control passes through the strand, so a node is outside a bend by edge² curvature / 8.
     arc_lengths : FloatArray
         Length (n,) along the yarn's centreline from its start to each node of a strand, the same for all [m].
     yarn : Yarn

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, PlateRoom
     from knitlab_core.knits.planar import PlanarRow
 
 
@@ -34,7 +35,7 @@ class Stitch(LoopShape):
     """
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return course and wale."""
         return ("C", "W")
 
@@ -103,7 +104,7 @@ class Stitch(LoopShape):
         approach = check_clearance(self, rows=counts.rows, loops=counts.loops, loop_width=loop_width)
         return approach.distance - 2.0 * self.fibre_radius
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budget of its loops, which reach along the wale."""
         return {"W": planar_budget(self, fibre_radius)}
 

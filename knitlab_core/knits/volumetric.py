@@ -34,7 +34,7 @@ _AT_FEET: Final = (HOOK_ANGLE - np.pi, np.pi - HOOK_ANGLE)
 
 
 def volumetric(stitch: VolumetricShape, *, rows: int, loops: int, layers: int) -> Centreline:
-    """Lay one yarn through all rows of all layers of a volumetric knit.
+    """Return one yarn through all rows of all layers of a volumetric knit.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def volumetric(stitch: VolumetricShape, *, rows: int, loops: int, layers: int) -
         - ``pile+``: heads of all pile loops of the top layer; ``pile-``: feet of all pile loops of the bottom layer.
         - ``course+``, ``course-``: both ends of every row, where turn-arounds and the yarn begin and end.
 
-        None of these heads and feet is held by another loop. On a wale face heads stand H_w farther out than the
+        None of these heads and feet is held by another loop. On a wale face heads are H_w farther out than the
         feet of the layers between; every layer is equally long from its feet to its heads.
 
     Raises
@@ -71,7 +71,7 @@ def volumetric(stitch: VolumetricShape, *, rows: int, loops: int, layers: int) -
     pieces: list[VolumetricRow | Turn] = [in_order[0]]
     for before, after in pairwise(in_order):
         pieces += [_turn(before, after), after]
-    # Rows stand at even places among the pieces.
+    # Rows are at even places among the pieces.
     starts = Centreline(pieces=tuple(pieces), sites=()).starts[::2]
     return Centreline(pieces=tuple(pieces), sites=_sites(in_order, starts, rows, layers))
 
@@ -100,7 +100,7 @@ def check_volumetric_clearance(
 ) -> Approach:
     """Return where the strands of a volumetric knit come closest, or refuse it if its yarn overlaps itself.
 
-    The whole yarn is searched: layers alternate and turn-arounds stand at both sides, which a part would miss.
+    The whole yarn is searched: layers alternate and turn-arounds are at both sides, which a part would miss.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Spot(NamedTuple):
-    """Say on which loops some arc lengths lie."""
+    """Return the loops on which some arc lengths are."""
 
     stitch: IndexArray
     pile: BoolArray
@@ -118,7 +118,7 @@ class VolumetricRow:
         return curvature
 
     def place(self, s: float) -> str:
-        """Name layer, row, stitch and loop, all counted from 0."""
+        """Return layer, row, stitch and loop as text, counted from 0."""
         spot = self.spot(np.array([s]))
         loop = "pile" if spot.pile[0] else "wale"
         return f"layer {self.layer}, row {self.row}, stitch {spot.stitch[0]}, {loop} loop"

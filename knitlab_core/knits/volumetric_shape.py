@@ -20,7 +20,7 @@ _LARGEST: Final[Mapping[str, float]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VolumetricShape:
-    """Hold the shape of one stitch of two loops, and the distances of rows and layers.
+    """Shape of one stitch of two loops, and the distances of rows and layers.
 
     Parameters
     ----------

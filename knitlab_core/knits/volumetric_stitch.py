@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.arrays import FloatArray
+    from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, FaceAxis, LoopBudget
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +29,7 @@ class VolumetricStitch(VolumetricShape):
     """Knit many layers with one yarn: a `Fabric` whose parameters are those of `VolumetricShape`."""
 
     @property
-    def axes(self) -> tuple[FaceAxis, ...]:
+    def axes(self) -> tuple[Axis, ...]:
         """Return course, wale and pile."""
         return ("C", "W", "P")
 
@@ -75,7 +76,7 @@ class VolumetricStitch(VolumetricShape):
         approach = check_volumetric_clearance(self, line, middle=self.middle(counts), loop_width=loop_width)
         return approach.distance - 2.0 * self.fibre_radius
 
-    def budgets(self, fibre_radius: float) -> Mapping[FaceAxis, LoopBudget]:
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budgets of wale and pile loops, as planar ones."""
         return {"W": planar_budget(self.wale_loop, fibre_radius), "P": planar_budget(self.pile_loop, fibre_radius)}
 

@@ -1,7 +1,7 @@
-"""Put wires through the boundary loops of a planar knit: one for every hook that has a loop to hang it on.
+"""Wires through the boundary loops of a planar knit: one for every hook that has a loop to hang it on.
 
-A wire stands across the knit's plane, inside its loop, and all but touches the yarn at the apex: when its carriage
-draws it outwards it takes the loop along. The two wires of a loop stand side by side. Apart, the first pull would
+A wire is across the knit's plane, inside its loop, and almost touches the yarn at the apex: when its carriage
+draws it outwards it takes the loop along. The two wires of a loop are side by side. Apart, the first pull would
 draw them together: on poles that hardly rub, yarn that runs from one to the other leaves them nothing to hold on to.
 """
 
@@ -40,7 +40,7 @@ _PUSHES: Final = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoopWires:
-    """Hold the wires through one boundary loop: two, or one where the knit's corner leaves half a loop.
+    """Wires through one boundary loop: two, or one where the knit's corner leaves half a loop.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _loops(specimen: Specimen, edge: SiteSet) -> list[dict[int, tuple[float, flo
 
 
 def _clear(specimen: Specimen, yarn: FloatArray, middle: FloatArray, outwards: FloatArray) -> FloatArray:
-    """Return where (2,) a wire stands that is pushed inwards from a point on the yarn until it is clear of it."""
+    """Return the place (2,) of a wire that is pushed inwards from a point on the yarn until it is clear of it."""
     radius = specimen.radius / specimen.loop_width
     wanted = (2.0 + GAP) * radius
     near = yarn[np.linalg.norm(yarn - middle, axis=1) < 4.0 * wanted, :2]

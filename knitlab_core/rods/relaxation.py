@@ -35,7 +35,7 @@ STEP_GROWTH = 1.5
 
 _BRIEF = 1e-4
 
-# Up to here the mean of a decay is summed as a series, of as many terms as rounding asks for.
+# Up to here the mean of a decay is summed as a series, of as many terms as rounding needs.
 _SERIES, _TERMS = 0.5, 16
 
 

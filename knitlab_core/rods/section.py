@@ -1,4 +1,4 @@
-"""Give a rod the section of a yarn of fibres: factors on the stiffness of a solid round rod.
+"""Section of a yarn of fibres: factors on the stiffness of a solid round rod.
 
 A rod touches others at its contact radius, which is the solver's unit of length. Its own stiffness is that of
 a solid round section of this radius times the factors here. Hertz's law keeps the solid's modulus and that radius:

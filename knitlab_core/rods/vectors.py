@@ -1,6 +1,6 @@
 """Three-vectors as tuples of floats, for use inside kernels.
 
-Small arrays in kernels cost a hundred times what tuples do: a tuple lives in
+Small arrays in kernels cost a hundred times what tuples do: a tuple is kept in
 registers, an array is an allocation.
 """
 

@@ -132,7 +132,7 @@ def _solve_up(plan: Factorisation, factor: FloatArray, members: IndexArray, y: F
 
 @kernel
 def _spread(place: IndexArray, b: FloatArray, y: FloatArray) -> None:
-    """Fill y (N, 4), which stands in the order of elimination, with b."""
+    """Fill y (N, 4), which is in the order of elimination, with b."""
     for i in range(place.size):
         for r in range(4):
             y[place[i], r] = b[i, r]
@@ -140,7 +140,7 @@ def _spread(place: IndexArray, b: FloatArray, y: FloatArray) -> None:
 
 @kernel
 def _collect(place: IndexArray, y: FloatArray, x: FloatArray) -> None:
-    """Fill x (N, 4) with y, which stands in the order of elimination."""
+    """Fill x (N, 4) with y, which is in the order of elimination."""
     for i in range(place.size):
         for r in range(4):
             x[i, r] = y[place[i], r]

@@ -1,6 +1,6 @@
 """Dense algebra of the factor's panels.
 
-A panel is a matrix of 4 x 4 blocks, a strip of blocks per block column; all strips of the factor stand in one
+A panel is a matrix of 4 x 4 blocks, a strip of blocks per block column; all strips of the factor are in one
 array (Z, 4, 4). A row of a block is one vector of the processor: LLVM makes vector code of the straight lines
 below. Slices, not offsets, tell it that no index is negative.
 """

@@ -29,7 +29,7 @@ class Split(NamedTuple):
 
     @property
     def is_whole(self) -> bool:
-        """Tell whether nothing was split off."""
+        """Return whether nothing was split off."""
         return self.second.size == 0
 
 

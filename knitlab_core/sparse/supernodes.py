@@ -1,4 +1,4 @@
-"""Block structure of the factor: columns with the same rows stand together as one dense panel."""
+"""Block structure of the factor: columns with the same rows form one dense panel."""
 
 from typing import NamedTuple
 

@@ -234,7 +234,7 @@ def hysteresis(strain: FloatArray, stress: FloatArray) -> float:
 
 
 def _is_closed(strain: FloatArray) -> bool:
-    """Tell whether a path comes back to the strain it set out from, to a thousandth of its range."""
+    """Return whether a path comes back to the strain it began at, to a thousandth of its range."""
     return bool(abs(strain[-1] - strain[0]) <= 1e-3 * np.ptp(strain))
 
 

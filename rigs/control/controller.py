@@ -1,6 +1,6 @@
 """Controller: its readings of the load cells, and what it keeps of them for the steps to come.
 
-The controller does not know true forces: its load cells are tared, noisy and saturated. It takes the
+True forces are not available to the controller: its load cells are tared, noisy and saturated. It takes the
 mean of the samples that the log's clock gave since the row before, or in the last second, whichever is longer, from
 its own streams of noise; the scatter of this mean is the dead band, within which a force counts as met.
 """

@@ -77,7 +77,7 @@ def control_displacement(
 def hold(
     session: Session, stroke: Stroke, criteria: StopCriteria
 ) -> Generator[Equilibrium | Frame, None, StopReason | None]:
-    """Keep the displacements; a yarn that relaxes goes through equilibria meanwhile."""
+    """Hold the displacements; yield the equilibria of a yarn that relaxes meanwhile."""
     begun, relaxation = session.cursor.begun, session.rig.work.model.relaxation
     last, ending = criteria.cut(session.memory, begun)
     marks = hold_marks(session, stroke)

@@ -42,7 +42,7 @@ Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Out
 def perform(
     rig: Rig, state: State, protocol: Protocol, *, options: Options | None = None, cursor: ResumePoint | None = None
 ) -> Iterator[Event]:
-    """Carry out a protocol on a mounted specimen.
+    """Run a protocol on a mounted specimen.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def perform(
     Equilibrium, Checkpoint, Frame, Zeroing, StepRecord or Outcome
         Rows and shapes in the order of time, and each zeroing when it happens; the one outcome comes last. A step is
         recorded when it begins, as if it were aborted, and when it ends. A limit that trips and an equilibrium that is
-        not found are outcomes: what was yielded before stands. A checkpoint follows every row from which the test can
+        not found are outcomes: what was yielded before stays. A checkpoint follows every row from which the test can
         go on.
     """
     planner = Planner(protocol=protocol, gauges=rig.gauges)

@@ -45,7 +45,7 @@ def lost_control(setpoints: Setpoints, settled: ControlledPoint, share: float) -
     near = max(abs(asked[axis]), abs(here[axis]))
     jump = f"the axis would have to jump by {far:.3g} mm or more"
     if noise != 0.0 or near <= NOISY * orders[axis].dead_band:
-        why = f"noise: the load cell tells no less than {1e3 * orders[axis].dead_band:.3g} mN; {jump}"
+        why = f"noise: the load cell resolves no less than {1e3 * orders[axis].dead_band:.3g} mN; {jump}"
     elif near <= SLACK * most:
         why = f"slack: {jump} before the knit pulls"
     elif breaks(session, settled.step) or settled.step.final:

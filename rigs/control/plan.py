@@ -84,11 +84,6 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
     return planned
 
 
-def planned_strokes(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> list[Stroke]:
-    """Return the strokes of all steps; see `planned_steps`."""
-    return [stroke for step in planned_steps(protocol, gauge_lengths) for stroke in step.strokes]
-
-
 def planned_duration(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> float:
     """Return how long the steps take [s]; a preload counts with all of its reach."""
     return math.fsum(step.duration for step in planned_steps(protocol, gauge_lengths))

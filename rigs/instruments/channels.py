@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channel:
-    """Describe a channel apart from its values.
+    """Channel apart from its values.
 
     Attributes
     ----------

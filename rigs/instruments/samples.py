@@ -102,7 +102,7 @@ class Samples:
 
 
 class Table(Protocol):
-    """Describe a log that is read part by part: `Samples`, or the record of them."""
+    """A log that is read part by part: `Samples`, or the record of them."""
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -139,7 +139,7 @@ def thinned(table: Table, most: int) -> Samples:
 
 
 def _telling(part: Samples, width: int) -> IntArray:
-    """Return the rows of a part that tell of its curve, bin by bin of a width."""
+    """Return the rows of a part that its curve needs, bin by bin of a width."""
     changes = np.flatnonzero(_changes(part))
     kept = [changes, changes + 1]
     for low in range(0, len(part), width):
@@ -152,7 +152,7 @@ def _telling(part: Samples, width: int) -> IntArray:
 
 
 def _changes(part: Samples) -> npt.NDArray[np.bool_]:
-    """Tell of every row but the last whether something changes after it that is no reading."""
+    """Return for every row but the last whether something other than a reading changes after it."""
     found: npt.NDArray[np.bool_] = np.diff(part.cycle) != 0
     for offset in part.offset.values():
         found |= np.diff(offset) != 0.0

@@ -19,7 +19,7 @@ PART: Final = 16_384
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch:
-    """Describe a stretch of a test that is logged at one rate, from where the stretch before ends.
+    """Stretch of a test that is logged at one rate, from where the stretch before ends.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Describe the log of an Alemnis indenter: a workbook of one sheet, or the same as text between tabs.
+"""The log of an Alemnis indenter: a workbook of one sheet, or the same as text between tabs.
 
 Documented, by readers that laboratories publish: one line of headings, that readers replace by their own; eight
 columns, a time before each of corrected displacement, corrected load, raw displacement and raw load; times of

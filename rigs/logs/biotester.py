@@ -1,4 +1,4 @@
-"""Describe the log of CellScale's BioTester, the dialect of the biaxial stage.
+"""The log of CellScale's BioTester, the dialect of the biaxial stage.
 
 Documented, by the ``OutputColumns`` line of the instrument's own test templates and by the readers
 that laboratories publish: the ten headings and their order; µm, mN, s and °C; size as the current

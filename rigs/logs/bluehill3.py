@@ -1,4 +1,4 @@
-"""Describe the cyclic raw data of Instron's Bluehill 3.
+"""The cyclic raw data of Instron's Bluehill 3.
 
 Documented, by files and readers that laboratories publish: the folder ``<sample>.is_tcyclic_RawData`` with
 ``Specimen_RawData_1.csv`` for the first specimen; lines of test facts, the label in quotes; exactly one blank line,

@@ -1,4 +1,4 @@
-"""Describe the raw data of a tensile test in Instron's Bluehill 3, with strain and stress, every number in quotes.
+"""The raw data of a tensile test in Instron's Bluehill 3, with strain and stress, every number in quotes.
 
 Documented, by the files that the package pymechtest is tested with: the fact lines ``Specimen number (included)`` and
 ``Specimen ID``, the latter in quotes; one blank line; two lines of headings; five decimals, of strain and stress four;

@@ -1,4 +1,4 @@
-"""Describe the results table of Instron's Bluehill 3 with the raw data below it.
+"""The results table of Instron's Bluehill 3 with the raw data below it.
 
 Documented, by readers that laboratories publish: the line ``Results Table 1``; headings, units and one line of values
 for each specimen, the first field its number, without a heading of its own; further down two lines of headings of the

@@ -1,4 +1,4 @@
-"""Describe the log of Instron's Bluehill Universal, the default of the frame.
+"""The log of Instron's Bluehill Universal, the default of the frame.
 
 Documented, by scripts that laboratories publish with their data: the three headings, the line of units below them,
 and the file's place, ``<sample>.is_tcyclic_Exports/<sample>_1.csv`` for the first specimen of a cyclic tensile test.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
+from knitlab_core.registries import register_part
 from rigs.logs import (
     alemnis,
     biotester,
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
     from rigs.logs.logged import Log
 
-LOGS: Final[Mapping[str, Log]] = {
+_LOGS: Final[dict[str, Log]] = {
     log.dialect.name: log
     for log in (
         biotester.LOG,
@@ -32,6 +34,20 @@ LOGS: Final[Mapping[str, Log]] = {
         alemnis.AS_TEXT,
     )
 }
+
+LOGS: Final[Mapping[str, Log]] = MappingProxyType(_LOGS)
+"""All logs, with those that were registered."""
+
+
+def register_log(log: Log) -> None:
+    """Make a log known by the name of its dialect for as long as this process lives.
+
+    Raises
+    ------
+    SpecificationError
+        If the name is none, or another log has it already.
+    """
+    register_part("dialect", _LOGS, log.dialect.name, log)
 
 
 def defaults(machines: Iterable[str]) -> list[str]:

@@ -49,7 +49,7 @@ EN: Final = Locale(name="en", delimiter=",", decimal=".", thousands=",", day="%d
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Form:
-    """Describe how a value is printed.
+    """Form in which a value is printed.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column(Form):
-    """Describe one column of a log.
+    """Column of a log.
 
     Attributes
     ----------
@@ -90,14 +90,14 @@ class Column(Form):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fact(Form):
-    """Describe where a fact of the test stands above the table: its name among the facts."""
+    """Place of a fact of the test above the table: its name among the facts."""
 
     fact: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
-    """Describe the bytes of a log file.
+    """Bytes of a log file.
 
     Attributes
     ----------

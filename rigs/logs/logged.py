@@ -56,7 +56,7 @@ class Logged:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Log:
-    """Describe a log file.
+    """Log file of an instrument.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Log:
     machines : tuple of str
         The machines whose samples it shows.
     place : str
-        Where it stands, for a sample's name.
+        Path below the folder of the run, for a sample's name.
     gather : callable
         Gives the channels, in SI units, part by part, and the facts that the dialect shows of a test.
     about : str

@@ -38,7 +38,7 @@ def write_sheet(dialect: Dialect, parts: Iterable[Channels], created: datetime) 
         If a sheet has not so many lines.
     """
     stream = io.BytesIO()
-    # Rows go to a temporary file as they are written; texts then stand in their cells and not in a table of all.
+    # Rows go to a temporary file as they are written; texts are then in their cells and not in a table of all.
     book = Workbook(stream, {"constant_memory": True})
     book.set_properties({"created": created.replace(tzinfo=None)})
     sheet = book.add_worksheet()

@@ -1,4 +1,4 @@
-"""Describe the merged log of the triaxial rig: stage and frame in one table, on the frame's clock.
+"""The merged log of the triaxial rig: stage and frame in one table, on the frame's clock.
 
 It is knitlab's own, no instrument writes it. Every sample of the frame is a line. The stage's samples are put on the
 frame's clock by the offset and skew of its own that the record holds, and joined by straight lines, forces not across a

@@ -1,4 +1,4 @@
-"""Show a dialect's columns in other units."""
+"""Columns of a dialect in other units."""
 
 from __future__ import annotations
 

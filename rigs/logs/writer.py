@@ -1,4 +1,4 @@
-"""Write a table in a dialect: the description says how, the values say what.
+"""Writer of a table in a dialect.
 
 The one writer of every log that is text. `headings` and `columns_of` give its parts, for sheets.
 """

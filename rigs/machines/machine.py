@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.channels import Channel, Instrument
+from rigs.machines.catalogue import machine_named
 from rigs.protocol.catalogue import arranged
 
 if TYPE_CHECKING:
@@ -15,13 +16,6 @@ if TYPE_CHECKING:
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import LogSpec, Protocol
     from rigs.protocol.targets import Channel as Kind
-
-CHANNELS: Final[Mapping[MachineName, Mapping[Axis, str]]] = {
-    "biaxial-hook": {"C": "X", "W": "Y"},
-    "uniaxial-frame": {"C": "", "W": "", "P": ""},
-    "nanoindenter": {"P": ""},
-}
-"""What stands before `Displacement` and `Force` in the names of an axis' channels."""
 
 REFERENCE: Final[MachineName] = "uniaxial-frame"
 """The machine whose clock is the rig's where there are two."""
@@ -215,9 +209,10 @@ def instrument_of(machine: MachineName, data: MachineData, axes: Sequence[Axis],
         ("displacement", data.encoder, "m"),
         ("force", data.load_cell, "N"),
     )
+    prefixes = machine_named(machine).channels
     channels = tuple(
         Channel(
-            name=f"{CHANNELS[machine][axis]}{kind.capitalize()}",
+            name=f"{prefixes[axis]}{kind.capitalize()}",
             # An encoder sees the crosshead, not the specimen's fixture.
             reads=f"{'crosshead' if kind == 'displacement' else kind}_{axis}",
             kind=kind,

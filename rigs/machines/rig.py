@@ -301,7 +301,7 @@ def without_edge(rig: Rig, state: State, edge: int, options: Options | None = No
 
 
 def place_of(rig: Rig, node: int) -> str:
-    """Name the place of a node of the yarn in the words of a knitter."""
+    """Return the place of a node of the yarn as text: row and loop."""
     specimen = rig.specimen
     if node >= len(specimen.nodes):
         return "a wire"

@@ -9,13 +9,16 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
+from knitlab_core.errors import SpecificationError
+from knitlab_core.registries import register_part
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigs.axes import Axis
 
-RigName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "triaxial", "sem-microgripper"]
-MachineName: TypeAlias = Literal["biaxial-hook", "uniaxial-frame", "nanoindenter"]
+RigName: TypeAlias = str
+MachineName: TypeAlias = str
 Sides: TypeAlias = Literal["hold", "free"]
 Others: TypeAlias = Literal["hold", "free", "follow"]
 Fixture: TypeAlias = Literal["hooks", "plates"]
@@ -114,28 +117,52 @@ def _hung(drive: Drive, hooks: Mapping[Axis, tuple[Held, Axis]], *axes: Axis) ->
     return {axis: replace(drive, held=hooks[axis][0], pole=hooks[axis][1]) for axis in axes}
 
 
-CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(
-    {
-        "biaxial-hook": Arrangement(drives=_hung(_STAGE, _ACROSS, "C", "W"), mounts_one=False, sides="hold"),
-        "uniaxial-frame": Arrangement(
-            drives=_hung(replace(_FRAME, anchored=True), _ACROSS, "C", "W", "P"), mounts_one=True, sides="free"
-        ),
-        # The stage carried on the frame: two machines on one specimen.
-        "triaxial": Arrangement(
-            drives={**_hung(_STAGE, _ALONG, "C", "W"), **_hung(_FRAME, _ALONG, "P")}, mounts_one=False, sides="hold"
-        ),
-        # The lower plate is on the substrate; the gripper on the indenter takes the upper one and has the load cell.
-        "sem-microgripper": Arrangement(
-            drives={
-                "P": Drive(
-                    machine="nanoindenter", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(True,) * 4, fixture="plates"
-                )
-            },
-            mounts_one=False,
-            sides="free",
-        ),
-    }
-)
+_RIGS: Final[dict[RigName, Arrangement]] = {
+    "biaxial-hook": Arrangement(drives=_hung(_STAGE, _ACROSS, "C", "W"), mounts_one=False, sides="hold"),
+    "uniaxial-frame": Arrangement(
+        drives=_hung(replace(_FRAME, anchored=True), _ACROSS, "C", "W", "P"), mounts_one=True, sides="free"
+    ),
+    # The stage carried on the frame: two machines on one specimen.
+    "triaxial": Arrangement(
+        drives={**_hung(_STAGE, _ALONG, "C", "W"), **_hung(_FRAME, _ALONG, "P")}, mounts_one=False, sides="hold"
+    ),
+    # The lower plate is on the substrate; the gripper on the indenter takes the upper one and has the load cell.
+    "sem-microgripper": Arrangement(
+        drives={
+            "P": Drive(machine="nanoindenter", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(True,) * 4, fixture="plates")
+        },
+        mounts_one=False,
+        sides="free",
+    ),
+}
+
+
+CATALOGUE: Final[Mapping[RigName, Arrangement]] = MappingProxyType(_RIGS)
+"""All rigs, with those that were registered."""
+
+
+def rig_named(name: RigName) -> Arrangement:
+    """Return a rig by its name.
+
+    Raises
+    ------
+    SpecificationError
+        If none has it.
+    """
+    if name not in CATALOGUE:
+        raise SpecificationError("rig", name, f"one of {', '.join(CATALOGUE)}")
+    return CATALOGUE[name]
+
+
+def register_rig(name: RigName, rig: Arrangement) -> None:
+    """Give a rig a name for as long as this process lives; protocols may use it from then on.
+
+    Raises
+    ------
+    SpecificationError
+        If the name is none, or another rig has it already.
+    """
+    register_part("rig", _RIGS, name, rig)
 
 
 def arranged(rig: RigName, mount: Axis | None) -> dict[Axis, Drive]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from knitlab_core.errors import SpecificationError, raise_all
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
-from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.catalogue import rig_named
 from rigs.protocol.specimen import SpecimenSpec
 from rigs.protocol.step import Step
 from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, UntilRupture, Zero
@@ -149,7 +149,7 @@ class Protocol:
     @property
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes that are driven."""
-        return CATALOGUE[self.rig].axes if self.mount is None else (self.mount,)
+        return rig_named(self.rig).axes if self.mount is None else (self.mount,)
 
     def _require_hooks(self) -> None:
         """Raise unless the hooks can hold the knit and its yarn."""
@@ -162,7 +162,7 @@ class Protocol:
 
     def _require_rig(self) -> None:
         """Raise unless the rig of the catalogue can do what is asked for."""
-        rig = CATALOGUE[self.rig]
+        rig = rig_named(self.rig)
         clocks = len({drive.machine for drive in rig.drives.values()})
         driven = self.axes if rig.mounts_one else rig.axes
         clock = f"none: {self.rig} has one clock"
@@ -178,7 +178,7 @@ class Protocol:
 
     def _require_faces(self) -> None:
         """Raise unless the specimen has the faces that the rig pulls, and one of them is mounted where it must be."""
-        rig = CATALOGUE[self.rig]
+        rig = rig_named(self.rig)
         able = [axis for axis in rig.axes if axis in self.specimen.axes]
         if rig.mounts_one:
             require(
@@ -193,8 +193,8 @@ class Protocol:
 
 def require_others(rig: RigName, others: str) -> None:
     """Raise unless the axes of a rig that a step does not name can do so."""
-    allowed = " or ".join(", ".join(CATALOGUE[rig].others).rsplit(", ", 1))
-    require(others in CATALOGUE[rig].others, "others", others, f"{allowed} on {rig}")
+    allowed = " or ".join(", ".join(rig_named(rig).others).rsplit(", ", 1))
+    require(others in rig_named(rig).others, "others", others, f"{allowed} on {rig}")
 
 
 def require_driven(steps: Sequence[Step | Repeat], axes: Sequence[Axis]) -> None:

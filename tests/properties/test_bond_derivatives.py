@@ -19,7 +19,7 @@ from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.pattern import make_pattern, multiply, update_pattern
 from knitlab_core.rods.frames import follow
 from tests.contact_scenes import POISSON_RATIO, straight
-from tests.unit.sparse.blocks import touching
+from tests.knitlab_core.sparse.blocks import touching
 
 if TYPE_CHECKING:
     from collections.abc import Callable

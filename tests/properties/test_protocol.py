@@ -13,7 +13,6 @@ from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
-from rigs.control.plan import planned_strokes
 from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
@@ -35,6 +34,7 @@ from rigs.protocol.protocol import (
     Zero,
 )
 from rigs.protocol.targets import Bound
+from tests.planned import planned_strokes
 
 if TYPE_CHECKING:
     from rigs.axes import Axis

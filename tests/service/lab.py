@@ -41,14 +41,19 @@ def cycles(count: int) -> JobSpec:
     return JobSpec(name=f"cycles-{count}", protocol=PROTOCOL.replace("n: 1", f"n: {count}"), pictures=False)
 
 
-def until(what: Callable[[], object], patience: float = PATIENCE, every: float = 0.05) -> float:
-    """Wait until something is true; return how long it took [s]."""
+def until(what: Callable[[], object], patience: float = PATIENCE, every: float = 0.05) -> None:
+    """Wait until something is true.
+
+    Raises
+    ------
+    TimeoutError
+        If it is not, for as long as a very busy machine would take.
+    """
     began = time.monotonic()
     while not what():
         if time.monotonic() - began > patience:
             raise TimeoutError(f"not true after {patience:g} s")
         time.sleep(every)
-    return time.monotonic() - began
 
 
 class Lab:

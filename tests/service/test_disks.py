@@ -24,10 +24,10 @@ from app.service.folder import JobFolder
 from app.service.settings import settings
 from app.service.store import Store, StoreAwayError
 from knitlab_core.errors import SpecificationError
+from tests.app.records.test_records import writer
+from tests.app.runs.test_resume import CHILD, ROOT, SHORT
 from tests.service.serving import problem, served
 from tests.service.test_rest import YAML
-from tests.service.test_resume import CHILD, ROOT, SHORT
-from tests.unit.test_runs import writer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

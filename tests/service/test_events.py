@@ -19,6 +19,7 @@ from app.service.api.rows import MOST, NewRows
 from app.service.api.streams import Seen
 from app.service.folder import JobFolder
 from app.service.jobs import Job, Progress
+from tests.service.lab import until
 from tests.service.serving import served
 
 if TYPE_CHECKING:
@@ -196,8 +197,5 @@ def test_a_stream_ends_with_its_client(address: str, store: Store, job: Job, htt
     events = read(http, job)
     assert next(events)[0] == "state"
     events.close()
-    deadline = time.monotonic() + 20.0
-    while "knitlab_event_streams 0.0" not in httpx.get(f"{address}/metrics").text:
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
+    until(lambda: "knitlab_event_streams 0.0" in httpx.get(f"{address}/metrics").text)
     assert store.get(job.id).state == "queued"

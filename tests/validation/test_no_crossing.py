@@ -11,6 +11,7 @@ from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from tests.contact_scenes import sampled, straight, unit_model
+from tests.linking import linking_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -118,24 +119,6 @@ def test_pushed_strands_carry_each_other(bar: Callable[..., None], friction: flo
         unit="1",
         source=SOURCE,
     )
-
-
-def linking_number(first: FloatArray, second: FloatArray) -> float:
-    """Return Gauss's linking number of two polygons (n, 3), each closed from its last node to its first."""
-    ends = [np.roll(x, -1, axis=0) for x in (first, second)]
-    a = (first[:, None] - second[None], first[:, None] - ends[1][None])
-    b = (ends[0][:, None] - ends[1][None], ends[0][:, None] - second[None])
-    corners = [v / np.linalg.norm(v, axis=2, keepdims=True) for v in (a[0], a[1], b[0], b[1])]
-
-    # Solid angle of a quadrilateral as two triangles (Van Oosterom & Strackee 1983).
-    def triangle(u: FloatArray, v: FloatArray, w: FloatArray) -> FloatArray:
-        volume = (u * np.cross(v, w)).sum(axis=2)
-        return np.asarray(
-            2.0 * np.arctan2(volume, 1.0 + (u * v).sum(axis=2) + (v * w).sum(axis=2) + (w * u).sum(axis=2))
-        )
-
-    solid = triangle(corners[0], corners[1], corners[2]) + triangle(corners[0], corners[2], corners[3])
-    return float(solid.sum() / (4.0 * np.pi))
 
 
 def ring(centre: tuple[float, float, float], normal: str, opening: float) -> FloatArray:

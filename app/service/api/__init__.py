@@ -2,7 +2,7 @@
 
 build       assembly of the app
 context     objects that every route needs: store, token, bounds
-guard, door  access by token or address; limits on connections
+guard, connections  access by token or address; limits on connections
 bodies, bounds, checking, concurrency  protocols in requests: reading, size limits, checks in threads and in turns
 sweeping    jobs from the body of a sweep
 head_requests, etags, transfer, pages  HEAD, entity tags, file downloads, pages of the console

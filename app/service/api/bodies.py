@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.schemas import Loaded
 
 PATH: Final = "protocol"
-"""What stands for the file that a protocol came from."""
+"""Name in place of the file that a protocol came from."""
 
 PATIENCE: Final = 30.0
 """Time a body may take to arrive [s]."""

@@ -9,6 +9,7 @@ from fastapi import Depends, FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.responses import HTMLResponse
 
+from app.extensions import load_extensions
 from app.service.api.documents import protocol_schemas
 from app.service.api.faults import add_fault_handlers
 from app.service.api.guard import admit
@@ -40,6 +41,7 @@ def create_app(context: Context) -> FastAPI:
     context : Context
         What its routes need.
     """
+    load_extensions()
     app = FastAPI(
         title="knitlab", version=version_of("knitlab"), description=_DESCRIPTION, docs_url=None, redoc_url=None
     )

@@ -2,7 +2,7 @@
 
 
 def has_tag(wanted: str, tag: str) -> bool:
-    """Tell whether a list of tags, as in `If-None-Match`, contains one: weak or strong, or any by `*`.
+    """Return whether a list of tags, as in `If-None-Match`, contains one: weak or strong, or any by `*`.
 
     Examples
     --------

@@ -17,7 +17,7 @@ AGAIN: Final = 5
 """When a client may ask again [s]."""
 
 _FULL_IN_WORDS: Final = ("database or disk is full", "no space left on device", "could not extend file")
-"""What SQLite and PostgreSQL say where there is no room."""
+"""Messages of SQLite and PostgreSQL where there is no room."""
 
 _log: Final = logging.getLogger(__name__)
 

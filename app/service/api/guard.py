@@ -9,8 +9,8 @@ from urllib.parse import urlsplit
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
+from app.service.api.connections import AGAIN, admitted
 from app.service.api.context import context_of
-from app.service.api.door import AGAIN, admitted
 from app.service.api.problems import ProblemError
 from knitlab_core.errors import SpecificationError
 
@@ -18,7 +18,7 @@ _BEARER = HTTPBearer(auto_error=False, description="the token that the service w
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether a name or an address is this machine's own.
+    """Return whether a name or an address is this machine's own.
 
     Examples
     --------

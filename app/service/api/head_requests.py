@@ -31,5 +31,5 @@ class AnswerHead:
 
 
 def asks_head(request: Request) -> bool:
-    """Tell whether a request is HEAD, so that a long body need not be made."""
+    """Return whether a request is HEAD, so that a long body need not be made."""
     return _ASKED in request.scope

@@ -58,7 +58,7 @@ def documentation() -> HTMLResponse:
         swagger_css_url="/vendor/swagger-ui.css",
         swagger_favicon_url="/icon.svg",
     )
-    # The one script that stands in the page itself is allowed by what it says.
+    # The one script inside the page itself is allowed by its hash.
     digests = (b64encode(hashlib.sha256(script).digest()).decode() for script in _SCRIPT.findall(bytes(page.body)))
     page.headers.update(_policy(*(f"'sha256-{digest}'" for digest in digests)))
     return page

@@ -1,6 +1,6 @@
 """Event streams of a job: new rows, progress, state.
 
-Nothing is kept for a client. An event's id says what the client has seen, so that one that comes back goes on from
+Nothing is kept for a client. An event's id names what the client has seen, so that one that comes back goes on from
 there, and the files of the job are the memory. The next event is made when the last one has been sent.
 """
 
@@ -71,7 +71,7 @@ class Seen:
 
     @property
     def over(self) -> bool:
-        """Tell whether the stream is complete."""
+        """Return whether the stream is complete."""
         return self.state in FINAL
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from app.checks.dry_run import count_rows
 from app.schemas import ProtocolError, loads_document
 from app.schemas.document import parse_text
 from app.schemas.errors import shown
+from app.schemas.sweep import combinations
 from app.service.api.bodies import PATH, parse_json, submitted, written
 from app.service.api.bounds import check_protocol, check_rows, check_sweep, check_texts
 from app.service.api.problems import ProblemError, beyond, refused
@@ -135,13 +135,12 @@ def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
         if not isinstance(params, dict) or name not in params:
             raise _wrong(f"{pointer}/{name}", "no such parameter", "a name under `params` of the protocol")
     name = str(base.get("name", sent.name))
-    for number, chosen in enumerate(product(*values.values()), start=1):
+    for number, point in enumerate(combinations(values), start=1):
         tail = f"-{number:0{len(str(count))}}"
-        point = dict(zip(values, chosen, strict=True))
         one = {**base, "name": f"{name[: _LONGEST_NAME - len(tail)]}{tail}", "params": {**params, **point}}
         place = replace(whole, which=", ".join(f"{key} = {shown(value)}" for key, value in point.items()))
         with _placed(place):
-            # Where things stand in the text that was sent, what they are in this job.
+            # Places of the text that was sent, values of this job.
             made = replace(document, text=written(one), data=one)
             loaded = loads_document(made, name=name, materials=sent.materials)
         yield _Wanted(loaded=loaded, materials=sent.materials, place=place)

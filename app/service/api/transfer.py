@@ -43,7 +43,7 @@ def transfer(request: Request, stream: BinaryIO, name: str, media: str) -> Respo
     Raises
     ------
     ProblemError
-        If the range lies outside the file.
+        If the range is outside the file.
     """
     found = os.fstat(stream.fileno())
     tag = f'"{found.st_mtime_ns:x}-{found.st_size:x}"'

@@ -90,11 +90,11 @@ def write_images(
     run : RunReader
         The run.
     folder : Path
-        Where they shall stand; made if it is not there.
+        Folder to write them into; made if it is not there.
     name : str
         What their names begin with.
     look : Look
-        How the stage stands.
+        Position of the stage.
     progress : callable
         Told the share done [1] and what is being done.
 

@@ -88,7 +88,7 @@ def openness(
     height : array of float32, shape (rows, columns)
         Height of what is seen [pixel].
     around : array of float32, shape (m, rows, columns)
-        Mean height of what lies around a pixel, for each distance looked at: the farther, the wider [pixel].
+        Mean height around a pixel, for each distance looked at: the farther, the wider [pixel].
     offsets : IntArray, shape (n, m, 2)
         Rows and columns from a pixel to where it looks, by direction and distance.
     reaches : FloatArray, shape (m,)

@@ -34,7 +34,7 @@ class View:
     turn : FloatArray, shape (3, 3)
         Unit vectors to the right, up in the image and towards the beam, in course, wale and pile.
     centre : FloatArray, shape (3,)
-        What lies in the middle of the image above the bar [m].
+        Point in the middle of the image above the bar [m].
     width, height : int
         Pixels of the image, the bar included.
     magnification : float

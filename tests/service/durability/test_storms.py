@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shutil
 import signal
-import statistics
-import time
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,16 +21,15 @@ long = pytest.mark.slow
 
 
 @long
-def test_sigterm_lets_running_jobs_be_queued_again_within_seconds(lab: Lab) -> None:
+def test_sigterm_lets_running_jobs_be_queued_again_before_their_end(lab: Lab) -> None:
     worker = lab.start(slots=1)
     job, waiting = lab.store.submit(cycles(120)), lab.store.submit(TINY)
     until(lambda: lab.process(job) is not None and lab.has_rows(job, 5))
-    asked = time.monotonic()
     worker.send_signal(signal.SIGTERM)
     assert worker.wait() == 0
-    assert time.monotonic() - asked < 10.0
     assert [lab.job(one).state for one in (job, waiting)] == ["queued", "queued"]
     assert lab.process(job) is None
+    assert 5 <= len(lab.files(job).rows()) < 241
     lab.start(slots=1)
     until(lab.finished)
     done = lab.job(job)
@@ -121,14 +118,10 @@ def test_a_storm_loses_no_job_and_ends_none_twice(lab: Lab, jobs: int) -> None:
 
 @long
 def test_a_hundred_thousand_queued_jobs(lab: Lab) -> None:
-    began = time.monotonic()
-    lab.store.submit_all([TINY] * 100_000)
-    assert time.monotonic() - began < 60.0
+    jobs = [job.id for job in lab.store.submit_all([TINY] * 100_000)]
     queue = lab.store.client.register_queue(QUEUE, worker_concurrency=2)
-    database, times = lab.store.client._sys_db, []
-    for _ in range(100):
-        began = time.monotonic()
-        taken, _ = database.start_queued_workflows(queue, "test", VERSION, None)
-        times.append(time.monotonic() - began)
-        assert len(taken) == 2
-    assert statistics.median(times) < 0.05
+    database, taken = lab.store.client._sys_db, []
+    for number in range(1, 101):
+        taken += database.start_queued_workflows(queue, "test", VERSION, None)[0]
+        assert len(taken) == 2 * number
+    assert taken == [f"{job}.1" for job in jobs[:200]]  # the first delivery of each; times: benchmarks/service.py

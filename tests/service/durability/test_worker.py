@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -84,17 +83,18 @@ def test_a_queued_job_that_is_cancelled_never_begins(lab: Lab) -> None:
     assert not lab.files(job).path.exists()
 
 
-@pytest.mark.parametrize("spec", [LONG, BUSY], ids=["between rows", "busy in a kernel"])
-def test_a_running_job_that_is_cancelled_stops_within_a_second(lab: Lab, spec: JobSpec) -> None:
-    job = running(lab, spec, rows=3 if spec is LONG else 1)
+@pytest.mark.parametrize(
+    ("spec", "rows", "most"), [(LONG, 3, 4001), (BUSY, 1, 3)], ids=["between rows", "busy in a kernel"]
+)
+def test_a_running_job_that_is_cancelled_stops_before_its_end(lab: Lab, spec: JobSpec, rows: int, most: int) -> None:
+    job = running(lab, spec, rows)
     process = lab.process(lab.store.get(job))
     assert process is not None
-    asked = time.monotonic()
+    files = lab.store.files(job)
     lab.store.cancel(job)
     until(lambda: gone(process), every=0.01)
-    took = time.monotonic() - asked
+    assert rows <= len(files.rows(limit=most)) < most
     ended(lab, job, "cancelled")
-    assert took < 1.0
     assert lab.store.resume(job).state == "cancelled"
 
 
@@ -194,7 +194,8 @@ def test_a_killed_server_comes_back_and_goes_on_and_leaves_no_orphan(lab: Lab) -
     orphan = lab.process(first)
     assert orphan is not None
     lab.kill(lab.workers[-1])
-    assert until(lambda: gone(orphan), every=0.01) < 2.0
+    until(lambda: gone(orphan), every=0.01)
+    assert len(lab.files(first).rows()) < 241
     assert lab.job(first).state == "running"
     lab.start(slots=1)
     until(lab.finished)

@@ -62,7 +62,7 @@ async def events(
 ) -> Any:  # noqa: ANN401 (a stream, or nothing)
     """Send server-sent events: `rows` (new equilibria), `progress` and `state`, to the job's end.
 
-    The first events tell what is known already; with `Last-Event-ID` only what came since. The last event is the
+    The first events are what is known already; with `Last-Event-ID` only what came since. The last event is the
     state in which the job ended.
     """
     metrics = metrics_of(request)

@@ -82,7 +82,7 @@ def file(
     here: Here,
     request: Request,
 ) -> Response:
-    """Return a file, whole or the ranges that `Range` asks for."""
+    """Return a file, whole or the ranges of `Range`."""
     # Looked up among the listed files, so that no path can lead outside the folder.
     path = _files(here.store.folder(job)).get(name)
     try:

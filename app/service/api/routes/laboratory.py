@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
@@ -22,7 +22,8 @@ from app.views.plan_tables import plan_data
 from app.views.renders import specimen_picture
 from app.views.tables import materials_data, specimen_data
 from rigs.logs.catalogue import LOGS
-from rigs.protocol.catalogue import CATALOGUE, MachineName
+from rigs.machines.catalogue import MACHINES
+from rigs.protocol.catalogue import CATALOGUE
 
 router = APIRouter(tags=["laboratory"])
 
@@ -58,7 +59,7 @@ def rigs() -> RigList:
         )
     numbers = [
         {"name": name, "numbers": {part: value for part, value in asdict(read_machine(name)).items() if part != "rig"}}
-        for name in get_args(MachineName)
+        for name in MACHINES
     ]
     return RigList.model_validate({"rigs": listed, "machines": numbers})
 

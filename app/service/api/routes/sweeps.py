@@ -43,7 +43,7 @@ def submit_sweep(
     """Accept every job of a sweep, or none: one that is not valid refuses the whole.
 
     A protocol's `params` over lists of values, every combination a job, the last name fastest; or a list of protocols.
-    What the query says is meant of each job.
+    Query parameters apply to each job.
     """
     limits = asked.model_dump()
     jobs = here.store.submit_all([replace(spec, **limits) for spec in specs], key=key)

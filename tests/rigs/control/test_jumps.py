@@ -1,0 +1,64 @@
+"""Fused points that break on a real rig, from the solver to the instrument's log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import pytest
+
+from app.schemas import load
+from app.schemas.machine_data import machines_of
+from rigs.control.experiment import perform
+from rigs.instruments.channels import measure
+from rigs.jumps import jumped
+from rigs.machines.rig import mount
+from rigs.protocol.protocol import Ramp, StrainRate, Target
+from rigs.protocol.specimen import make_specimen
+from rigs.record import Equilibrium, Outcome, trace_of
+
+if TYPE_CHECKING:
+    from rigs.instruments.channels import Instrument
+    from rigs.record import Trace
+
+FUSED = Path(__file__).parents[3] / "examples" / "fused_small.yaml"
+
+
+def pull(others: Literal["hold", "free"], strain: float) -> tuple[Trace, Instrument]:
+    """Pull a fused knit along the course; the wale stands, or gives way so that its place is searched for."""
+    example = load(FUSED).protocol
+    ramp = Ramp(axes=("C",), to=Target(kind="strain", value=strain), rate=StrainRate(value=1e-2))
+    test = replace(
+        example,
+        others=others,
+        steps=(ramp,),
+        max_strain_increment=0.02,
+        specimen=replace(example.specimen, nodes_per_loop=16),
+    )
+    rig, state = mount(make_specimen(test.specimen), test, machines_of(test))
+    *events, outcome = perform(rig, state, test)
+    assert outcome == Outcome(end="target")
+    return trace_of([event for event in events if isinstance(event, Equilibrium)]), rig.instruments[0]
+
+
+@pytest.mark.parametrize(("others", "strain"), [("hold", 0.06), ("free", 0.04)])
+def test_the_peak_before_a_break_reaches_the_log(others: Literal["hold", "free"], strain: float) -> None:
+    trace, instrument = pull(others, strain)
+    time, force = trace.columns["time"], trace.columns["force_C"]
+    after = np.flatnonzero(jumped(trace))
+    assert after.size
+    first = int(after[0])
+    assert trace.columns["bonds_broken"][first - 1] == 0
+    if others == "hold":
+        # Driven axes stand in the same place before and after each break.
+        np.testing.assert_array_equal(time[after], time[after - 1])
+    assert force[first] < 0.7 * force[first - 1]
+    log = measure(replace(instrument, rate=100.0), trace, seed=0, noise=False)
+    shown, at = log.measured["XForce"], int(np.searchsorted(log.time, time[first - 1], side="right")) - 1
+    # The sample before the break is within one sample's rise of the peak, the next one has dropped.
+    rise = (force[first - 1] - force[first - 2]) / (time[first - 1] - time[first - 2])
+    assert shown[at] == pytest.approx(force[first - 1], abs=1.5 * rise / 100.0)
+    assert shown[at + 1] < 0.7 * force[first - 1]
+    assert np.all(np.diff(shown[: at + 1]) > 0.0)
