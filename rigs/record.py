@@ -71,8 +71,8 @@ class Equilibrium:
         Stored energies [J].
     friction_work, external_work : float
         Work since the start: dissipated, and done by the carriages [J].
-    viscous_work, fracture_work, snap_work : float
-        Work lost since the start by a yarn that relaxes, and energy set free by fibres that broke and by snaps [J].
+    viscous_work, plastic_work, fracture_work, snap_work : float
+        Work lost since the start by a yarn that relaxes or yields; energy set free by fibres that broke, by snaps [J].
     bond_energy, bond_released : float
         Stored in fused points [J], and set free by those that broke since the start [J].
     bonds_whole, bonds_broken : int
@@ -109,6 +109,7 @@ class Equilibrium:
     friction_work: float
     external_work: float
     viscous_work: float = 0.0
+    plastic_work: float = 0.0
     fracture_work: float = 0.0
     snap_work: float = 0.0
     bond_energy: float = 0.0
@@ -217,6 +218,7 @@ def units(axes: Sequence[Axis], clasps: Iterable[str] = ()) -> dict[str, str]:
         "friction_work": "J",
         "external_work": "J",
         "viscous_work": "J",
+        "plastic_work": "J",
         "fracture_work": "J",
         "snap_work": "J",
         "bond_energy": "J",

@@ -62,7 +62,7 @@ TARGETS: Final[Mapping[str, Mapping[str, str]]] = {
 Unless said otherwise it has one thread. On processors other than x86-64 some of these change nothing.
 """
 
-QUICK: Final = ("planar 2x2", "fused", "viscoelastic")
+QUICK: Final = ("planar 2x2", "fused", "viscoelastic", "yielding")
 """Specimens that take a few seconds together."""
 
 
@@ -112,6 +112,7 @@ SPECIMENS: Final[Mapping[str, Callable[[], Protocol]]] = {
     "fused": lambda: _example("fused", nodes_per_loop=32),
     "wire hooks": lambda: _example("wire", _cycled(0.25), rows=2, loops=2),
     "viscoelastic": lambda: _example("creeping", nodes_per_loop=32),
+    "yielding": lambda: _example("yielding", _cycled(0.3), nodes_per_loop=32),
 }
 """A short test on each kind of specimen."""
 

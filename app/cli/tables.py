@@ -78,6 +78,8 @@ def print_result(result: RunResult) -> None:
     """Print how a run ended and its figures."""
     console = console_of()
     console.print(f"outcome: {result.outcome}; folder: {result.folder}", soft_wrap=True)
+    if result.outcome == "target" and result.message:
+        console.print(result.message, soft_wrap=True)
     print_crossings(result.crossings)
     print_losses(result.losses)
     print_steps(result.steps)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CHECKPOINT: Final = "checkpoint.h5"
 
 #: Rises whenever a checkpoint of before could not be gone on from.
-LAYOUT: Final = 3
+LAYOUT: Final = 4
 
 EVERY: Final = 2.0
 """Time between two checkpoints, at least [s]."""

@@ -31,7 +31,7 @@ Figure: TypeAlias = tuple[str, float, str]
 WALL_TIME: Final = "wall time"
 NOTHING: Final = Cost()
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
-LOST = ("friction_work", "viscous_work", "fracture_work", "snap_work", "bond_released")
+LOST = ("friction_work", "viscous_work", "plastic_work", "fracture_work", "snap_work", "bond_released")
 
 
 def run_figures(
@@ -77,8 +77,21 @@ def run_figures(
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
         *_clasps(trace),
+        *_yielding(trace, protocol),
     ]
     return tuple(figure for figure in found if isfinite(figure[1]))
+
+
+def _yielding(trace: Trace, protocol: Protocol | None) -> Iterator[Figure]:
+    """Yield what plastic flow took, where fibres may yield."""
+    if protocol is not None and protocol.specimen.yields:
+        yield "plastic work", float(trace.columns["plastic_work"][-1]), "J"
+        yield "plastic work / largest external work", _share_of_work(trace, "plastic_work"), "1"
+
+
+def _share_of_work(trace: Trace, name: str) -> float:
+    largest = float(np.abs(trace.columns["external_work"]).max())
+    return float(trace.columns[name][-1]) / largest if largest > 0.0 else float("nan")
 
 
 def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, ...]:
@@ -95,7 +108,7 @@ def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> 
 def energy_balance_error(trace: Trace) -> float:
     """Return the difference of external work and stored and dissipated energy over the largest work [1]."""
     columns = trace.columns
-    kept = np.sum([columns[name] for name in (*STORED, *LOST)], axis=0)
+    kept = np.sum([columns[name] for name in (*STORED, *LOST) if name in columns], axis=0)
     work = columns["external_work"]
     # Work counts from the first row, but a straight yarn was bent into its knit before.
     kept -= kept[0] - work[0]

@@ -82,7 +82,7 @@ def _given_pole_friction(friction: float | None) -> Iterator[Fact]:
 def _options(spec: SpecimenSpec) -> Iterator[Fact]:
     """Yield every option beyond elastic rods, also those that are off, and the numbers of bonds."""
     found = beyond_elastic(spec)
-    for option in ("viscoelastic", "fused points", "rupture"):
+    for option in ("viscoelastic", "yield", "fused points", "rupture"):
         yield option.replace(" ", "_"), found.get(option, "off")
     if spec.fused is not None:
         for one in fields(spec.fused):

@@ -24,7 +24,7 @@ from app.runs.provenance import provenance
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import clasp_nodes
-from rigs.analysis.material_limits import limits_of
+from rigs.analysis.material_limits import limits_of, unused_yield
 from rigs.control.checkpoint import restore
 from rigs.control.experiment import perform
 from rigs.control.log_rate import stretches_of
@@ -246,6 +246,8 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
     outcome = _located(task.loaded, lambda: journal.record(events))
     protocol, trace = task.loaded.protocol, journal.trace
     log = protocol.log
+    if outcome.end == "target" and not outcome.message:
+        outcome = replace(outcome, message=unused_yield(trace, protocol.specimen))
     figures: tuple[Figure, ...] = ()
     if len(trace):
         for instrument in rig.instruments:

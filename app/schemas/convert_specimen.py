@@ -90,6 +90,7 @@ def to_specimen(
             yarn=yarn,
             fused=fused,
             viscoelastic=model.viscoelastic and substance is not None,
+            yields=model.yields and substance is not None,
             rupture="off" if substance is None else model.rupture,
         )
 
@@ -141,6 +142,7 @@ def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),
         **({} if spec.fused is None else {"fused": _written_law(spec.fused)}),
         "viscoelastic": "on" if spec.viscoelastic else "off",
+        "yield": "on" if spec.yields else "off",
         "rupture": spec.rupture,
     }
 

@@ -18,11 +18,11 @@ from app.schemas.errors import Faults, ProtocolError, in_order, nearest, shown
 from app.schemas.units import allowed, write
 from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
+from knitlab_core.materials import MATERIALS, CurvePoint, Material, RelaxationTerm, Value
 from rigs.protocol.bounds import LABEL, is_label
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pydantic_core import ErrorDetails
 
@@ -84,6 +84,24 @@ class RelaxationModel(Model):
     assumed: bool = _ASSUMED
 
 
+class PointModel(Model):
+    """One point of a curve of stress over strain."""
+
+    strain: Strain = Field(description=allowed("strain"))
+    stress: Stress = Field(description=allowed("stress"))
+
+
+class CurveModel(Model):
+    """A curve of stress over strain and its source."""
+
+    points: list[PointModel] = Field(
+        min_length=1,
+        description="a list of points, such as [{strain: 2 %, stress: 40 MPa}], the first where yield begins",
+    )
+    source: Source = _SOURCE
+    assumed: bool = _ASSUMED
+
+
 class MaterialModel(Model):
     """A material."""
 
@@ -98,6 +116,11 @@ class MaterialModel(Model):
     )
     relaxation: RelaxationModel | None = Field(
         default=None, description="a mapping such as {terms: [{share: 0.2, time: 10 s}], source: ...}"
+    )
+    yield_curve: CurveModel | None = Field(
+        default=None,
+        description="a mapping such as {points: [{strain: 2 %, stress: 40 MPa}, {strain: 15 %, stress: 50 MPa}], "
+        "source: ...}",
     )
     note: str = Field(default="", description="a text")
 
@@ -146,7 +169,7 @@ def written(material: Material) -> dict[str, Any]:
     Raises
     ------
     SpecificationError
-        If the terms of its relaxation come from several sources: a file gives one.
+        If the terms of its relaxation, or the points of its yield curve, come from several sources: a file gives one.
     """
     numbers: dict[str, tuple[Value | None, Dimension | None]] = {
         "young_modulus": (material.young_modulus, "stress"),
@@ -162,15 +185,29 @@ def written(material: Material) -> dict[str, Any]:
     }
     if material.relaxation:
         values = [value for term in material.relaxation for value in (term.share, term.time)]
-        origin = _origin(values[0])
-        if any(_origin(value) != origin for value in values):
-            raise SpecificationError("material.relaxation", "terms of several sources", "one source for all terms")
+        origin = _one_origin(values, "material.relaxation", "terms")
         terms = [
             {"share": write(term.share.value, "strain"), "time": write(term.time.value, "time")}
             for term in material.relaxation
         ]
         data["relaxation"] = {"terms": terms, **origin}
+    if material.yield_curve:
+        values = [value for point in material.yield_curve for value in (point.strain, point.stress)]
+        origin = _one_origin(values, "material.yield_curve", "points")
+        points = [
+            {"strain": write(point.strain.value, "strain"), "stress": write(point.stress.value, "stress")}
+            for point in material.yield_curve
+        ]
+        data["yield_curve"] = {"points": points, **origin}
     return data | ({"note": material.note} if material.note else {})
+
+
+def _one_origin(values: Sequence[Value], field: str, parts: str) -> dict[str, Any]:
+    """Return the origin of all parts of a series, which a file gives once."""
+    origin = _origin(values[0])
+    if any(_origin(value) != origin for value in values):
+        raise SpecificationError(field, f"{parts} of several sources", f"one source for all {parts}")
+    return origin
 
 
 def _origin(value: Value) -> dict[str, Any]:
@@ -198,6 +235,7 @@ def _material(name: str, model: MaterialModel, document: Document) -> Material:
             elongation_at_break=None if model.elongation_at_break is None else _value(model.elongation_at_break, "1"),
             density=None if model.density is None else _value(model.density, "kg/m**3"),
             relaxation=() if model.relaxation is None else _terms(model.relaxation),
+            yield_curve=() if model.yield_curve is None else _points(model.yield_curve),
             note=model.note,
         )
     except SpecificationError as error:
@@ -220,12 +258,24 @@ def _terms(model: RelaxationModel) -> tuple[RelaxationTerm, ...]:
     )
 
 
+def _points(model: CurveModel) -> tuple[CurvePoint, ...]:
+    """Return the points of a curve, each with the curve's source."""
+    return tuple(
+        CurvePoint(
+            strain=Value(value=point.strain, unit="1", source=model.source, assumed=model.assumed),
+            stress=Value(value=point.stress, unit="Pa", source=model.source, assumed=model.assumed),
+        )
+        for point in model.points
+    )
+
+
 def _placed(document: Document, material: Place, error: SpecificationError) -> ProtocolError:
     """Return an error of the domain with line and column of the number it blames."""
-    # `material.relaxation[0].share` is under `terms`, any other number under `value`.
+    # `material.relaxation[0].share` is under `terms`, `material.yield_curve[0].stress` under `points`, any other
+    # number under `value`.
     names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)][1:]
     if len(names) > 1:
-        names.insert(1, "terms")
+        names.insert(1, "points" if names[0] == "yield_curve" else "terms")
     place: Place = (*material, *names)
     if (*place, "value") in document.values:
         place = (*place, "value")
@@ -281,6 +331,8 @@ def _fields(place: Place) -> dict[str, str]:
             model = _VALUES.get(name)
         case ("materials", _, "relaxation", "terms", int()):
             model = TermModel
+        case ("materials", _, "yield_curve", "points", int()):
+            model = PointModel
         case _:
             model = None
     if model is None:
@@ -296,5 +348,6 @@ _VALUES: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "elongation_at_break": StrainValue,
         "density": DensityValue,
         "relaxation": RelaxationModel,
+        "yield_curve": CurveModel,
     }
 )

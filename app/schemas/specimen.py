@@ -136,4 +136,5 @@ class SpecimenModel(Model):
         default=None, description="a mapping such as {gap: 0.3 mm, patch_radius: 0.1 mm, strength: 20 MPa}"
     )
     viscoelastic: Switch = Field(default=False, description="on or off")
+    yields: Switch = Field(default=False, alias="yield", description="on or off")
     rupture: RuptureSwitch = Field(default="off", description="off, stop or go on")

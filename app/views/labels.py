@@ -33,6 +33,10 @@ def beyond_elastic(spec: SpecimenSpec) -> dict[str, str]:
         times = ", ".join(f"{term.time.value:g} s" for term in material.relaxation)
         assumed = _assumed(*(value for term in material.relaxation for value in (term.share, term.time)))
         found["viscoelastic"] = f"on: {lost:.3g} of the stiffness relaxes, in {times}{assumed}; contacts stay elastic"
+    if spec.yields:
+        first = material.yield_curve[0]
+        assumed = _assumed(*(value for point in material.yield_curve for value in (point.strain, point.stress)))
+        found["yield"] = f"on: from a strain of {first.strain.value:.3g}{assumed}; contacts stay elastic"
     if spec.fused is not None:
         law = spec.fused
         shear = "" if law.shear_strength is None else f", in shear {1e-6 * law.shear_strength:.4g} MPa"

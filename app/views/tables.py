@@ -179,7 +179,12 @@ def _numbers(material: Material) -> list[tuple[str, Value]]:
         for number, term in enumerate(material.relaxation, 1)
         for word, value in (("relaxing share", term.share), ("relaxation time", term.time))
     ]
-    return [(word, value) for word, value in single.items() if value is not None] + terms
+    curve = [
+        (f"{word} {number}", value)
+        for number, point in enumerate(material.yield_curve, 1)
+        for word, value in (("yield strain", point.strain), ("yield stress", point.stress))
+    ]
+    return [(word, value) for word, value in single.items() if value is not None] + terms + curve
 
 
 def console_of() -> Console:

@@ -10,6 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from knitlab_core.arrays import FloatArray
+from knitlab_core.contact.friction_law import friction_law
 from knitlab_core.contact.law import ContactLaw, pair_potential
 from knitlab_core.contact.pairs import Candidates
 from knitlab_core.contact.samples import Samples
@@ -105,8 +106,8 @@ def friction_energy(placed: Placed, candidates: Candidates, law: ContactLaw, sta
     for p in range(candidates.a.size):
         if state.load[p] > 0.0:
             s = norm(elastic_slip(p, candidates.a[p], candidates.b[p], m, placed, state))
-            huber = 0.5 * s * s / law.slip if s < law.slip else s - 0.5 * law.slip
-            energy += law.friction * state.load[p] * huber
+            f, _, _ = friction_law(s, law.slip)
+            energy += law.friction * state.load[p] * f
     return energy
 
 
@@ -168,7 +169,8 @@ def friction_gradient(
                 continue
             a, b = candidates.a[p], candidates.b[p]
             u = elastic_slip(p, a, b, m, placed, state)
-            pull = scale(1.0 / max(norm(u), law.slip), u)
+            _, over, _ = friction_law(norm(u), law.slip)
+            pull = scale(over, u)
             for c in range(3):
                 state.pull[p, c] = pull[c]
             force = scale(law.friction * state.load[p], pull)

@@ -7,6 +7,7 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.forces import PairState
+from knitlab_core.contact.friction_law import friction_law
 from knitlab_core.contact.law import ContactLaw, pair_potential
 from knitlab_core.contact.pairs import Candidates
 from knitlab_core.contact.samples import Samples
@@ -211,15 +212,16 @@ def friction_hessian(
             u = sub(sub(row(points, a), row(points, b)), add(add(on_a[0], on_a[1]), add(on_b[0], on_b[1])))
             u = combine(1.0, u, -dot(u, n), n)
             size = norm(u)
-            factor = law.friction * state.load[p] / max(size, law.slip)
+            _, over, along_it = friction_law(size, law.slip)
+            factor = law.friction * state.load[p] * over
             # A pair that slides resists only across its way; one that sticks resists both ways.
             e = scale(1.0 / size, u) if size > 1e-12 else _any_across(n)
             fill_slope(cross(n, e), 1.0, i, ka, w, placed, on_a, across, 0)
             fill_slope(cross(n, e), -1.0, j, kb, w, placed, on_b, across, 12)
-            if size < law.slip:
+            if along_it > 0.0:
                 fill_slope(e, 1.0, i, ka, w, placed, on_a, along, 0)
                 fill_slope(e, -1.0, j, kb, w, placed, on_b, along, 12)
-                add_square(factor, along, square)
+                add_square(law.friction * state.load[p] * along_it, along, square)
             add_square(factor, across, square)
             if exact > 0.0:
                 add_pull(scale(exact * factor, u), ka, kb, w, anchor, sums, moments)

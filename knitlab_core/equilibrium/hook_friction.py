@@ -11,6 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
+from knitlab_core.contact.friction_law import friction_law
 from knitlab_core.equilibrium.pattern import multiply
 from knitlab_core.sparse.blocks import Pattern
 
@@ -114,9 +115,8 @@ class HookTerm:
 
     def energy(self) -> float:
         """Return what ties and friction store [E r^3]."""
-        size = np.abs(self._slip)
-        huber = np.where(size < self._limit, 0.5 * size * size / self._limit, size - 0.5 * self._limit)
-        rubbing = np.sum(self.hooks.friction * self._load * huber)
+        stored, _, _ = self._law()
+        rubbing = np.sum(self.hooks.friction * self._load * stored)
         return float(
             rubbing + 0.5 * TIE * np.sum(self._parted**2) + 0.5 * DRAG * np.sum(self._slid[self._is_wire] ** 2)
         )
@@ -143,13 +143,21 @@ class HookTerm:
 
     def _direction(self) -> FloatArray:
         """Return friction's share of its limit (H,), from -1 to 1."""
-        return self._slip / np.maximum(np.abs(self._slip), self._limit)
+        _, over, _ = self._law()
+        return self._slip * over
+
+    def _law(self) -> FloatArray:
+        """Return what `friction_law` says of every hook, (3, H)."""
+        law: FloatArray = np.empty((3, self._slip.size))
+        for hook, slip in enumerate(self._slip.tolist()):
+            law[:, hook] = friction_law(abs(slip), self._limit)
+        return law
 
     def add_hessian(self, _: float, blocks: FloatArray) -> None:
         """Add the stiffness along the poles to the blocks, and keep what the pulls depend on."""
         hooks, pattern = self.hooks, self._pattern
-        sticks = np.abs(self._slip) < self._limit
-        stiffness = np.where(sticks, hooks.friction * self._load / self._limit, 0.0) + DRAG * self._is_wire
+        _, _, along = self._law()
+        stiffness = hooks.friction * self._load * along + DRAG * self._is_wire
         np.add.at(blocks, (pattern.diagonal[hooks.slider], hooks.pole, hooks.pole), stiffness)
         i, c = hooks.tied, self._tie_pole
         np.add.at(blocks, (pattern.diagonal[i], c, c), TIE)

@@ -9,12 +9,13 @@ from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.breaking import break_due, reach
 from knitlab_core.equilibrium.continuation import continue_to_rest
 from knitlab_core.equilibrium.coupling import coupled_step
+from knitlab_core.equilibrium.inelastic_step import after_step, rods_of_step
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_options
 from knitlab_core.equilibrium.snap_through import BRISK, EASY_SEARCH, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
-from knitlab_core.equilibrium.viscoelastic_step import relaxed, rods_of_step
+from knitlab_core.equilibrium.terms import RodTerm
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import Frames, follow
@@ -155,11 +156,11 @@ def advance(
         The new equilibrium, None where the search failed, and how it went.
     """
     with work.clock("search"):
-        step = rods_of_step(work.model, state, duration) if rods is None else rods
+        step = rods_of_step(work.model, state, duration) if rods is None else RodTerm(rods)
         found, report = _search(work, state, target, options or Options(), ahead, step, drag)
     if found is None or rods is not None:
         return found, report
-    return relaxed(work.model, state, found, duration), report
+    return after_step(work.model, state, found, duration), report
 
 
 def _search(
@@ -168,10 +169,10 @@ def _search(
     target: FloatArray,
     options: Options,
     ahead: FloatArray | None,
-    rods: Rods,
+    rods: RodTerm,
     drag: float,
 ) -> tuple[State | None, Report]:
-    """Find the equilibrium of elastic rods."""
+    """Find the equilibrium of the rods of a step."""
     model = work.model
     motion = np.where(model.fixed, target - state.q, 0.0)
     way = Motion.of(state, motion, model.fixed)

@@ -18,6 +18,7 @@ from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.rods.section import SOLID, Section, with_section
+from knitlab_core.rods.yielding import Yielding
 from knitlab_core.units import Scales
 
 DECIMALS = 9
@@ -62,6 +63,8 @@ class Model:
         Smallest force by which residuals are judged [E r^2].
     relaxation : Relaxation or None
         How the rods' stiffness relaxes; None for elastic rods.
+    yielding : Yielding or None
+        How sections of the rods yield; None for rods that do not.
     bonds : Bonds or None
         Fused points as printed; None where strands do not fuse.
     hooks : Hooks or None
@@ -75,6 +78,7 @@ class Model:
     scales: Scales
     force_floor: float = SMALLEST_FLOOR
     relaxation: Relaxation | None = None
+    yielding: Yielding | None = None
     bonds: Bonds | None = None
     hooks: Hooks | None = None
 
@@ -109,8 +113,10 @@ class State:
         Largest sum of all pairs' loads so far [E r^2].
     history : (M, N, 5) array or None
         Inner strains of rods that relax; None where nothing has yet been strained, or nothing relaxes.
-    viscous_work, fracture_work, snap_work : float
-        Work lost by relaxing, and energy set free by fibres that broke and by snaps, since the start [E r^3].
+    plastic : (N, K, P) array or None
+        Plastic strains in the sections of rods that yield; None where nothing has yet been strained, or nothing yields.
+    viscous_work, plastic_work, fracture_work, snap_work : float
+        Work lost by relaxing and yielding, and energy set free by fibres that broke and by snaps, in all [E r^3].
     bonds : BondState
         Which fused points are whole, their loads and their energies; empty where strands do not fuse.
     poles : PoleMemory
@@ -130,7 +136,9 @@ class State:
     slip_change: float = 0.0
     largest_load: float = 0.0
     history: FloatArray | None = None
+    plastic: FloatArray | None = None
     viscous_work: float = 0.0
+    plastic_work: float = 0.0
     fracture_work: float = 0.0
     snap_work: float = 0.0
     bonds: BondState = field(default_factory=lambda: BondState.printed(0))
@@ -197,7 +205,7 @@ def make_model(
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
-    rods = _yielding(with_section(rods, section), soft)
+    rods = _storing(with_section(rods, section), soft)
     state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
     samples, law = _make_samples(rods, sizes, edge, sample_spacing), make_law(poisson_ratio, friction, slip=SLIP)
@@ -235,7 +243,7 @@ def _force_floor(rods: Rods) -> float:
     return max(SMALLEST_FLOOR, FLOOR_SHARE * float(bent.sum()) / float(rods.span[inner].sum()))
 
 
-def _yielding(rods: Rods, soft: BoolArray) -> Rods:
+def _storing(rods: Rods, soft: BoolArray) -> Rods:
     """Return rods of which only the nodes (N,) that are soft store energy."""
     return rods._replace(
         stretch_stiffness=rods.stretch_stiffness * soft,

@@ -16,14 +16,15 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
+from knitlab_core.equilibrium.inelastic_step import rods_of_step
 from knitlab_core.equilibrium.march import advance, march
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.snap_through import kept
-from knitlab_core.equilibrium.viscoelastic_step import rods_of_step
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.rupture import cut_history, cut_rods, fibre_strain
+from knitlab_core.rods.yielding import cut_plastic
 
 OVERSHOOT = 1e-4
 """How far beyond the limit a fibre is taken when it breaks, relative to the limit."""
@@ -204,6 +205,8 @@ def _torn(model: Model, state: State, edge: int) -> State:
     state = replace(state, memory=_untouched(model, state, edge))
     if state.history is not None:
         state = replace(state, history=cut_history(state.history, model.rods, edge))
+    if state.plastic is not None and model.yielding is not None:
+        state = replace(state, plastic=cut_plastic(state.plastic, model.yielding, edge))
     if model.bonds is None:
         return state
     at = [edge, edge + 1]

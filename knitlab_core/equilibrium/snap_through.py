@@ -118,6 +118,6 @@ def longest_way(state: State) -> float:
 
 
 def kept(state: State) -> float:
-    """Return what is stored or was lost to friction and relaxing, less what was put in [E r^3]."""
-    lost = state.friction_work + state.viscous_work - state.external_work
+    """Return what is stored or was lost to friction, relaxing and yielding, less what was put in [E r^3]."""
+    lost = state.friction_work + state.viscous_work + state.plastic_work - state.external_work
     return float(state.energies.sum()) + state.bonds.energy + lost

@@ -16,7 +16,6 @@ from knitlab_core.equilibrium.stiffness import Stiffness
 from knitlab_core.equilibrium.stopwatch import Stopwatch
 from knitlab_core.equilibrium.terms import DeadLoads, Drag, RodTerm, Term
 from knitlab_core.rods.frames import Frames, follow
-from knitlab_core.rods.rod import Rods
 from knitlab_core.sparse.gmres import make_basis
 
 PATTERN_SKIN = 1.0
@@ -76,7 +75,7 @@ class Workspace:
         poles: PoleMemory | None = None,
         lead: Lead = STEADY,
         *,
-        rods: Rods | None = None,
+        rods: RodTerm | None = None,
         drag: float = 0.0,
     ) -> None:
         """Begin at an equilibrium: list what is near and recall what friction remembers of it; place it.
@@ -85,7 +84,7 @@ class Workspace:
         extrapolated in the step; `rods` those of the step, by default the model's; `drag` its resistance [E r].
         """
         model = self.model
-        self.rods = RodTerm(model.rods if rods is None else rods)
+        self.rods = RodTerm(model.rods) if rods is None else rods
         self.drag = Drag(drag, q) if drag else None
         self._fuse(hold)
         if self.hooks is not None:

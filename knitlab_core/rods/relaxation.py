@@ -143,6 +143,12 @@ def stored_energy(rods: Rods, relaxation: Relaxation, strain: FloatArray, histor
     return np.array([part[0] + part[4], part[1] + part[2], part[3]])
 
 
+def elastic_energies(rods: Rods, strain: FloatArray) -> FloatArray:
+    """Return what elastic rods store at every node by stretching, bending and twisting (N, 3) [E r^3]."""
+    part = 0.5 * (_moduli(rods) * strain**2)
+    return np.column_stack([part[:, 0] + part[:, 4], part[:, 1] + part[:, 2], part[:, 3]])
+
+
 def viscous_work(
     rods: Rods,
     relaxation: Relaxation,

@@ -192,6 +192,7 @@ class Session:
             friction_work=unit * step.state.friction_work,
             external_work=unit * step.state.external_work,
             viscous_work=unit * step.state.viscous_work,
+            plastic_work=unit * step.state.plastic_work,
             fracture_work=unit * step.state.fracture_work,
             snap_work=unit * step.state.snap_work,
             bond_energy=unit * step.state.bonds.energy,

@@ -14,6 +14,7 @@ from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
+from knitlab_core.rods.yielding import make_yielding
 from rigs.machines.fixtures import grips_on, largest_lateral, place, prescribe, pull
 from rigs.machines.machine import instruments_on
 from rigs.machines.wires import hang_on_wires, sliding_hooks
@@ -230,19 +231,23 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray
     """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
     material, yarn = spec.substance, specimen.yarn
     straight = spec.rest_shape == "straight"
+    section = yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID
     model, state = make_model(
         specimen.strands,
         radius=specimen.radius,
         young_modulus=material.young_modulus.value,
         poisson_ratio=material.poisson_ratio.value,
         friction=spec.friction,
-        section=yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID,
+        section=section,
         straight=straight,
         printed=not straight,
         bonds=spec.fused,
         wires=wires,
     )
-    return replace(model, relaxation=Relaxation.of(material) if spec.viscoelastic else None), state
+    relaxation = Relaxation.of(material) if spec.viscoelastic else None
+    lasting = 1.0 if relaxation is None else relaxation.lasting
+    yielding = make_yielding(material, section, lasting) if spec.yields else None
+    return replace(model, relaxation=relaxation, yielding=yielding), state
 
 
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:

@@ -59,6 +59,8 @@ class SpecimenSpec:
         Which strands were printed so near that they are fused, and what their bonds bear; None for none.
     viscoelastic : bool
         Whether the yarn relaxes as its material says; contacts stay elastic.
+    yields : bool
+        Whether the yarn yields as its material's curve says; contacts stay elastic.
     rupture : {'off', 'stop', 'go on'}
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     """
@@ -75,6 +77,7 @@ class SpecimenSpec:
     yarn: Yarn | None = None
     fused: BondLaw | None = None
     viscoelastic: bool = False
+    yields: bool = False
     rupture: Rupture = "off"
 
     def __post_init__(self) -> None:
@@ -98,11 +101,15 @@ class SpecimenSpec:
         material = self.substance
         lacks = f"off: nothing is known of the {{}} of {material.name}"
         relaxes, breaks = len(material.relaxation) > 0, material.breaking_strain is not None
+        plastic = len(material.yield_curve) > 0
+        bending = "off in a yarn that is straight at rest: it is bent into the knit as if it were elastic"
         straight = self.rest_shape == "straight" and self.fused is not None
         fusing = "none in a yarn that is straight at rest: points fuse in print"
         require_all(
             lambda: require(not self.viscoelastic or relaxes, "viscoelastic", "on", lacks.format("relaxation")),
             lambda: require(self.rupture == "off" or breaks, "rupture", self.rupture, lacks.format("breaking strain")),
+            lambda: require(not self.yields or plastic, "yield", "on", lacks.format("yield curve")),
+            lambda: require(not (self.yields and self.rest_shape == "straight"), "yield", "on", bending),
             lambda: require(not straight, "fused", "fused points", fusing),
         )
 

@@ -15,9 +15,10 @@ from app.records.results import energy_balance_error
 from app.runs.use_cases import run_protocol
 from app.schemas import from_yaml, load
 from app.schemas.machine_data import machines_of
+from rigs.analysis.material_limits import unused_yield
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
-from rigs.protocol.protocol import Ramp, Target
+from rigs.protocol.protocol import Ramp, Target, Zero
 from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome, trace_of
 from tests.synthetic_run import BOTH
@@ -84,6 +85,34 @@ def test_a_resin_that_creeps_lets_the_force_fall() -> None:
     assert columns["viscous_work"][-1] > 0.0
     assert np.all(np.diff(columns["viscous_work"]) >= 0.0)
     assert np.all(elastic.trace.columns["viscous_work"] == 0.0)
+
+
+def test_a_resin_that_yields_is_stiffer_on_the_first_way_and_stays_longer() -> None:
+    ran = carry_out(example("yielding"), nodes_per_loop=32)
+    columns = ran.trace.columns
+    for axis in BOTH:
+        strain, force = ran.strain(axis), columns[f"force_{axis}"]
+        loading = [
+            [row for row, phase in enumerate(ran.trace.phase) if phase == "Stretch" and columns["cycle"][row] == cycle]
+            for cycle in (1, 2, 3)
+        ]
+        work = [float(np.trapezoid(force[rows], strain[rows])) for rows in loading]
+        # Clearly less work on the second way up, and nearly the same on the third.
+        assert work[0] > 1.2 * work[1] > 0.0
+        assert work[1] == pytest.approx(work[2], rel=0.1)
+    assert columns["plastic_work"][-1] > 0.05 * columns["external_work"].max()
+    assert np.all(np.diff(columns["plastic_work"]) >= 0.0)
+    elastic = carry_out(example("yielding"), nodes_per_loop=32, yields=False, viscoelastic=False)
+    assert np.all(elastic.trace.columns["plastic_work"] == 0.0)
+
+
+def test_a_resin_strained_below_its_yield_is_elastic_to_the_bit() -> None:
+    protocol = replace(example("yielding"), steps=(Zero(), to(0.04)))
+    ran, elastic = (carry_out(protocol, nodes_per_loop=32, yields=on) for on in (True, False))
+    assert ran.trace.columns["fibre_strain"].max() < 0.01
+    for axis in BOTH:
+        np.testing.assert_array_equal(ran.trace.columns[f"force_{axis}"], elastic.trace.columns[f"force_{axis}"])
+    assert unused_yield(ran.trace, replace(protocol.specimen, yields=True)).startswith("nothing yielded: fibres were")
 
 
 def test_two_loose_fibres_are_half_as_stiff_as_one_of_their_area() -> None:

@@ -238,7 +238,7 @@ def test_work_is_stored_or_dissipated(name: str, request: pytest.FixtureRequest)
 def test_every_example_is_tested() -> None:
     knits = {f"fig4c/fig4c_{axis}_{n}.yaml" for axis in ("course", "wale", "pile") for n in (4, 6)}
     tried = {"wire_small.yaml", "biaxial_small.yaml", "biaxial_cycle.yaml", "uniaxial_course.yaml"}
-    beyond = {f"{what}_small.yaml" for what in ("bundle", "cotton", "creeping", "fused", "rupture")}
+    beyond = {f"{what}_small.yaml" for what in ("bundle", "cotton", "creeping", "fused", "rupture", "yielding")}
     knits |= {f"fig4d/fig4d_{pre}_{n}.yaml" for pre in ("00", "10", "20") for n in (3, 4, 6)}
     knits |= {f"fig5/{kind}_{n}.yaml" for kind in ("micro", "macro") for n in (2, 3, 6)}
     swept = {"fig3a/fig3a.yaml", "fig3d/fig3d_course.yaml", "fig3d/fig3d_wale.yaml"}

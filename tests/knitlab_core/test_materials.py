@@ -8,7 +8,15 @@ from typing import Any, cast
 import pytest
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, Material, RelaxationTerm, Value, material_named
+from knitlab_core.materials import (
+    DEFAULT_FRICTION,
+    MATERIALS,
+    CurvePoint,
+    Material,
+    RelaxationTerm,
+    Value,
+    material_named,
+)
 
 
 def pure(value: float) -> Value:
@@ -49,21 +57,65 @@ def test_every_number_has_a_source_and_poisson_ratios_own_up(material: Material)
 
 def test_what_breaks_at_which_strain() -> None:
     strains = {name: material.breaking_strain for name, material in MATERIALS.items()}
-    brittle, tough, unknown, cotton = strains.values()
+    assert {name: strain.value for name, strain in strains.items() if strain is not None} == {
+        "RGD8530-DM": 0.15,
+        "VeroUltraWhite": 0.15,
+        "IP-Dip": 0.10,
+        "cotton-2-ply": 0.10,
+    }
+    assert all(strain is not None and strain.assumed for strain in strains.values())
+    brittle = replace(MATERIALS["RGD8530-DM"], elongation_at_break=None).breaking_strain
     assert brittle is not None
     assert brittle.value == pytest.approx(29e6 / 0.82e9)
     assert brittle.assumed
     assert "brittle linear solid" in brittle.source
     assert "29-38 MPa" in brittle.source
-    assert tough is not None
-    assert (tough.value, tough) == (0.15, MATERIALS["VeroUltraWhite"].elongation_at_break)
-    assert unknown is None
-    assert cotton is not None
-    assert cotton.value == 0.10
 
 
-def test_no_printed_resin_pretends_to_have_a_measured_relaxation() -> None:
-    assert not any(material.relaxation for material in MATERIALS.values())
+def test_no_printed_resin_pretends_to_have_a_measured_relaxation_or_yield() -> None:
+    for material in MATERIALS.values():
+        numbers = [value for term in material.relaxation for value in (term.share, term.time)]
+        numbers += [value for point in material.yield_curve for value in (point.strain, point.stress)]
+        assert all(number.assumed and number.source for number in numbers)
+        assert material.name == "cotton-2-ply" or (material.relaxation and material.yield_curve)
+
+
+def test_elements_in_parallel_follow_the_yield_curve() -> None:
+    for material in MATERIALS.values():
+        modulus = material.young_modulus.value
+        for point in material.yield_curve:
+            strain = point.strain.value
+            elastic = 1.0 - sum(element.share for element in material.yield_elements)
+            carried = elastic * strain + sum(
+                element.share * min(strain, element.strain) for element in material.yield_elements
+            )
+            assert modulus * carried == pytest.approx(point.stress.value)
+
+
+def curve(*points: tuple[float, float]) -> tuple[CurvePoint, ...]:
+    return tuple(CurvePoint(strain=pure(strain), stress=pascal(stress)) for strain, stress in points)
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        (
+            [(0.01, 0.02)],
+            "material.yield_curve[0].stress: found '0.02 Pa', allowed 0.026 Pa, Young's modulus times its str",
+        ),
+        ([(0.01, 0.026), (0.01, 0.03)], "material.yield_curve[1].strain: found 0.01, allowed above 0.01: strains rise"),
+        ([(0.01, 0.026), (0.02, 0.02)], "material.yield_curve[1].stress: found '0.02 Pa', allowed 0.026 Pa or more"),
+        (
+            [(0.01, 0.026), (0.02, 0.03), (0.03, 0.04)],
+            "material.yield_curve[2].stress: found '0.04 Pa', allowed 0.034 Pa or less: the curve may not bend upwards",
+        ),
+        ([(-0.01, 0.026)], "material.yield_curve[0].strain: found -0.01, allowed a number above 0"),
+    ],
+)
+def test_a_curve_that_no_yielding_material_has(points: list[tuple[float, float]], says: str) -> None:
+    with pytest.raises(SpecificationError) as raised:
+        Material(name="x", young_modulus=pascal(2.6), poisson_ratio=pure(0.3), yield_curve=curve(*points))
+    assert str(raised.value).startswith(says)
 
 
 def test_friction_is_labelled_assumed_wherever_it_shows() -> None:

@@ -68,6 +68,13 @@ class RelaxationView(Answer):
     time: Number
 
 
+class CurvePointView(Answer):
+    """One point of a curve of stress over strain."""
+
+    strain: Number
+    stress: Number
+
+
 class MaterialView(Answer):
     """A material."""
 
@@ -78,6 +85,7 @@ class MaterialView(Answer):
     elongation_at_break: Number | None
     density: Number | None
     relaxation: list[RelaxationView]
+    yield_curve: list[CurvePointView]
     note: str
 
 

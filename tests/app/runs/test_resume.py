@@ -54,6 +54,12 @@ CREEPING: Final = (
     .replace("RGD8530-DM", "creeping-resin, viscoelastic: on")
     .replace("0.05 N", "0.02 N")
 )
+YIELDING: Final = (
+    ELASTIC.replace("name: elastic", "name: yielding")
+    .replace("RGD8530-DM", "RGD8530-DM, viscoelastic: on, yield: on")
+    .replace("upper: 0.1", "upper: 0.25")
+    .replace("0.01\n", "0.025\n")
+)
 SHORT: Final = ELASTIC[: ELASTIC.index("  - cycle")]
 
 # The runs here take a second: checkpoints come more often, and no pictures are drawn.
@@ -132,7 +138,11 @@ def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], tu
     return run
 
 
-@pytest.mark.parametrize("text", [CREEPING, pytest.param(ELASTIC, marks=pytest.mark.slow)], ids=["creeping", "elastic"])
+@pytest.mark.parametrize(
+    "text",
+    [YIELDING, pytest.param(CREEPING, marks=pytest.mark.slow), pytest.param(ELASTIC, marks=pytest.mark.slow)],
+    ids=["yielding", "creeping", "elastic"],
+)
 def test_a_killed_run_ends_with_the_rows_of_an_unkilled_one(
     text: str, whole: Callable[[str], tuple[Path, Path]], tmp_path: Path
 ) -> None:

@@ -281,11 +281,19 @@ BAD = [
         "none in a yarn that is straight at rest: points fus",
     ),
     Bad("friction: 0.3", "viscoelastic: maybe", 8, 17, "specimen.viscoelastic: found 'maybe', allowed on or off"),
-    Bad("friction: 0.3", "viscoelastic: on", 8, 17, "found on, allowed off: nothing is known of the relaxation of RGD"),
-    Bad("friction: 0.3", "rupture: go", 8, 12, "specimen.rupture: found 'go', allowed off, stop or go on"),
     Bad(
-        "RGD8530-DM", "IP-Dip\n  rupture: on", 8, 12, "found stop, allowed off: nothing is known of the breaking strai"
+        "RGD8530-DM", "cotton-2-ply\n  viscoelastic: on", 8, 17, "allowed off: nothing is known of the relaxation of co"
     ),
+    Bad("RGD8530-DM", "cotton-2-ply\n  yield: on", 8, 10, "allowed off: nothing is known of the yield curve of cotton"),
+    Bad("friction: 0.3", "yield: yes please", 8, 10, "specimen.yield: found 'yes please', allowed on or off"),
+    Bad(
+        "friction: 0.3",
+        "yield: on\n  rest_shape: straight",
+        8,
+        10,
+        "allowed off in a yarn that is straight at rest: it",
+    ),
+    Bad("friction: 0.3", "rupture: go", 8, 12, "specimen.rupture: found 'go', allowed off, stop or go on"),
     # Materials of one's own
     Bad(
         "params:",

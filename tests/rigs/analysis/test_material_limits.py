@@ -54,16 +54,20 @@ def test_strength_and_elongation_are_limits_the_lower_strain_first() -> None:
     assert strength.strain == pytest.approx(55e6 / 2.6e9)
     assert elongation.strain == 0.04
     assert (strength.text, elongation.text) == ("strength of 55 MPa", "elongation at break of 4 %")
-    assert [limit.text for limit in limits_of(spec(MATERIALS["RGD8530-DM"]))] == ["strength of 29 MPa (assumed)"]
-    assert limits_of(spec(MATERIALS["IP-Dip"])) == ()
+    brittle = replace(MATERIALS["RGD8530-DM"], elongation_at_break=None)
+    assert [limit.text for limit in limits_of(spec(brittle))] == ["strength of 29 MPa (assumed)"]
+    assert limits_of(spec(replace(MATERIALS["IP-Dip"], elongation_at_break=None))) == ()
 
 
 def test_a_limit_that_the_model_keeps_to_is_none() -> None:
     # A fibre that breaks at 4 % is not strained beyond, but its stress passes the strength before.
     assert [limit.name for limit in limits_of(spec(PLA, rupture="stop"))] == ["strength"]
-    assert limits_of(spec(MATERIALS["RGD8530-DM"], rupture="go on")) == ()
+    assert limits_of(spec(replace(MATERIALS["RGD8530-DM"], elongation_at_break=None), rupture="go on")) == ()
     # The stress of a fibre that relaxes is less than Young's modulus times strain.
     assert [limit.name for limit in limits_of(spec(PLA, viscoelastic=True))] == ["elongation at break"]
+    # That of one that yields follows its curve.
+    resin = MATERIALS["RGD8530-DM"]
+    assert [limit.name for limit in limits_of(replace(spec(resin), yields=True))] == ["elongation at break"]
     assert [limit.name for limit in limits_of(spec(replace(PLA, elongation_at_break=None), viscoelastic=True))] == [
         "strength"
     ]

@@ -126,8 +126,14 @@ def test_time_stands_still_for_an_elastic_hold() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"viscoelastic": True}, "viscoelastic: found 'on', allowed off: nothing is known of the relaxation of RGD"),
-        ({"material": "IP-Dip", "rupture": "stop"}, "rupture: found 'stop', allowed off: nothing is known of the brea"),
+        (
+            {"material": "cotton-2-ply", "viscoelastic": True},
+            "viscoelastic: found 'on', allowed off: nothing is known of the relaxation of cotton-2-ply",
+        ),
+        (
+            {"material": replace(MATERIALS["IP-Dip"], name="x", elongation_at_break=None), "rupture": "stop"},
+            "rupture: found 'stop', allowed off: nothing is known of the breaking strain of x",
+        ),
         (
             {"rest_shape": "straight", "fused": BondLaw(fuse_gap=1e-3, patch_radius=1e-4, strength=1e7)},
             "fused: found 'fused points', allowed none in a yarn that is straight at rest",
