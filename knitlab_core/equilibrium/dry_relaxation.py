@@ -117,9 +117,7 @@ def _follow_down(
     found, report = come_to_rest(move, state, drag=THICK, most=MOST_MOVES, reach=reach)
     if found is not None:
         return found, report
-    x, y, z = state.q[report.node, :3] * work.model.scales.length
-    place = (float(x), float(y), float(z))
-    raise ConvergenceError(Failure(progress=share, report=report, position=place, way="relaxing into the knit"))
+    raise ConvergenceError(Failure.of(work, state, report, share, "relaxing into the knit"))
 
 
 def _settled(model: Model) -> Rods:

@@ -14,6 +14,7 @@ from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, e
 from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_options
 from knitlab_core.equilibrium.snap_through import BRISK, EASY_SEARCH, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
+from knitlab_core.equilibrium.transient import come_down
 from knitlab_core.equilibrium.viscoelastic_step import relaxed, rods_of_step
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
@@ -51,6 +52,12 @@ class Failure:
     report: Report
     position: tuple[float, float, float]
     way: str = "the stroke"
+
+    @classmethod
+    def of(cls, work: Workspace, state: State, report: Report, progress: float, way: str = "the stroke") -> "Failure":
+        """Return where a search from a state failed."""
+        x, y, z = state.q[report.node, :3] * work.model.scales.length
+        return cls(progress=progress, report=report, position=(float(x), float(y), float(z)), way=way)
 
     def __str__(self) -> str:
         """Return in one line the force that remains unbalanced, and where."""
@@ -227,6 +234,36 @@ def _response(work: Workspace, motion: FloatArray, report: Report) -> FloatArray
     return motion + coupled_step(work, response - motion, COUPLED)
 
 
+def settle_after_break(work: Workspace, state: State, options: Options | None = None) -> tuple[State | None, Report]:
+    """Find the equilibrium after a break, with the fixtures where they are; it takes no time.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model of what is whole.
+    state : State
+        The equilibrium before, but for what broke: `bonds.hold` is that of what is whole.
+    options : Options, optional
+        How hard to try.
+
+    Returns
+    -------
+    State or None, Report
+        The equilibrium, None where none was found, and the last search with the iterations of all. What was set free
+        is in none of its works.
+    """
+    options = options or Options()
+    rods = rods_of_step(work.model, state, 0.0)
+    near, report = come_down(work, state, rods, options)
+    if near is None:
+        return None, report
+    found, again = advance(work, near, near.q, options, rods=rods)
+    report = replace(again, iterations=report.iterations + again.iterations)
+    if found is None:
+        return None, report
+    return relaxed(work.model, state, replace(found, increment=found.q - state.q), 0.0), report
+
+
 def march(
     work: Workspace,
     state: State,
@@ -301,24 +338,25 @@ def march(
         found, report = advance(work, state, path(end), options, duration=span, ahead=guess)
         return None if found is None else counted(state, found), report
 
+    def settle(torn: State) -> tuple[State | None, Report]:
+        return settle_after_break(work, torn, options)
+
     while at < 1.0:
         to = goal = control.goal(at)
         bonds = work.model.bonds
-        broken = None if bonds is None else break_due(search, state, bonds.locate, at)
+        broken = None if bonds is None else break_due(settle, state, bonds.locate)
         if broken is not None:
             to, (found, report) = at, broken
         elif bonds is None:
             found, report = search(state, at, to)
         else:
-            to, found, report = reach(search, state, bonds.locate, at, to)
+            to, found, report = reach(search, settle, state, bonds.locate, at, to)
         if found is None and passed is not None and (passed.crossed or not control.is_long(to - at)):
             to, found, report = passed.to, passed.beyond, passed.report
         if found is None:
             ahead = None
             if not control.cut():
-                x, y, z = state.q[report.node, :3] * work.model.scales.length
-                place = (float(x), float(y), float(z))
-                raise ConvergenceError(Failure(progress=at, report=report, position=place))
+                raise ConvergenceError(Failure.of(work, state, report, at))
             continue
         snapped = broken is None and found.snap_work > state.snap_work and snaps(state, found)
         if snapped and passed is None and locate_snaps and control.is_long(to - at):
