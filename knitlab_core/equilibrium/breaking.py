@@ -22,14 +22,21 @@ NOTHING = 1e-4
 Search = Callable[[State, float, float], tuple[State | None, Report]]
 """Goes from a state at one parameter of the path to the equilibrium at another; no bond breaks on the way."""
 
+Settle = Callable[[State], tuple[State | None, Report]]
+"""Goes from a state some of whose bonds have let go to the equilibrium without them, the fixtures where they are."""
 
-def reach(search: Search, state: State, locate: float, start: float, goal: float) -> tuple[float, State | None, Report]:
+
+def reach(
+    search: Search, settle: Settle, state: State, locate: float, start: float, goal: float
+) -> tuple[float, State | None, Report]:
     """Break the bonds that are at their strength, then go on, at most to where the next one is.
 
     Parameters
     ----------
     search : callable
         Finds one equilibrium.
+    settle : callable
+        Finds the equilibrium after a break.
     state : State
         The last equilibrium.
     locate : float
@@ -46,7 +53,7 @@ def reach(search: Search, state: State, locate: float, start: float, goal: float
     at, to = start, goal
     spent, tries = 0, 0
     while True:
-        broken = break_due(search, state, locate, at)
+        broken = break_due(settle, state, locate)
         found, report = search(state, at, to) if broken is None else broken
         spent += report.iterations
         report = replace(report, iterations=spent)
@@ -67,7 +74,7 @@ def reach(search: Search, state: State, locate: float, start: float, goal: float
         to = at + min(max(share, 0.1), 0.9) * (to - at)
 
 
-def break_due(search: Search, state: State, locate: float, at: float) -> tuple[State | None, Report] | None:
+def break_due(settle: Settle, state: State, locate: float) -> tuple[State | None, Report] | None:
     """Break the bonds that are at their strength, the fixtures where they are; None where there is no such bond.
 
     Returns
@@ -76,20 +83,20 @@ def break_due(search: Search, state: State, locate: float, at: float) -> tuple[S
         The equilibrium without them, in which others may be at their strength; None where none was found.
     """
     due = state.bonds.load >= 1.0 - locate
-    return _break(search, state, due, at) if due.any() else None
+    return _break(settle, state, due) if due.any() else None
 
 
-def _break(search: Search, state: State, due: BoolArray, at: float) -> tuple[State | None, Report]:
+def _break(settle: Settle, state: State, due: BoolArray) -> tuple[State | None, Report]:
     """Find the equilibrium without the bonds that are due: in one go, or else weakening them by a factor at a time.
 
-    A floppy knit that snaps from a bond may find no way in one go. Even steps of stiffness are no better: most of
+    Where there is no way in one go, even steps of stiffness are no better: most of
     the motion happens when a hundredth of it is left.
     """
     found, left, factor, spent = state, 1.0, 0.0, 0
     while True:
         rest = left * factor if left * factor > NOTHING else 0.0
         bonds = found.bonds._replace(hold=np.where(due, rest, found.bonds.hold))
-        weaker, report = search(replace(found, bonds=bonds), at, at)
+        weaker, report = settle(replace(found, bonds=bonds))
         spent += report.iterations
         report = replace(report, iterations=spent)
         if weaker is not None:

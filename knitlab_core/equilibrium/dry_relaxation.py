@@ -23,6 +23,7 @@ from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.equilibrium.snap_through import THICK, come_to_rest, longest_way
 from knitlab_core.equilibrium.step_control import LARGEST_CHANGE, Pace, StepControl
+from knitlab_core.equilibrium.terms import RodTerm
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError, SpecificationError
 from knitlab_core.rods.rod import Rods, measure_strains
@@ -94,7 +95,7 @@ def knit_in(
     while not still:
         still, to = at == 1.0, control.goal(at)
         rods = eased(to)
-        found, report = advance(work, last, last.q, options, rods=rods)
+        found, report = advance(work, last, last.q, options, rods=RodTerm(rods))
         change = np.inf if found is None else LARGEST_CHANGE * longest_way(found) / reach
         if not still and control.rejects(change):
             continue
@@ -112,14 +113,12 @@ def _follow_down(
     """Return the equilibrium that loops come to which snap, with the fixtures where they are, and the last search."""
 
     def move(begun: State, drag: float) -> tuple[State | None, Report]:
-        return advance(work, begun, begun.q, options, rods=rods, drag=drag)
+        return advance(work, begun, begun.q, options, rods=RodTerm(rods), drag=drag)
 
     found, report = come_to_rest(move, state, drag=THICK, most=MOST_MOVES, reach=reach)
     if found is not None:
         return found, report
-    x, y, z = state.q[report.node, :3] * work.model.scales.length
-    place = (float(x), float(y), float(z))
-    raise ConvergenceError(Failure(progress=share, report=report, position=place, way="relaxing into the knit"))
+    raise ConvergenceError(Failure.of(work, state, report, share, "relaxing into the knit"))
 
 
 def _settled(model: Model) -> Rods:

@@ -144,7 +144,8 @@ class HookTerm:
     def _direction(self) -> FloatArray:
         """Return friction's share of its limit (H,), from -1 to 1."""
         _, over, _ = self._law()
-        return self._slip * over
+        direction: FloatArray = self._slip * over
+        return direction
 
     def _law(self) -> FloatArray:
         """Return what `friction_law` says of every hook, (3, H)."""

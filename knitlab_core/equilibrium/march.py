@@ -16,10 +16,10 @@ from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_opti
 from knitlab_core.equilibrium.snap_through import BRISK, EASY_SEARCH, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl, lead_of, path_error
 from knitlab_core.equilibrium.terms import RodTerm
+from knitlab_core.equilibrium.transient import come_down
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.frames import Frames, follow
-from knitlab_core.rods.rod import Rods
 from knitlab_core.sparse.sums import inner, length
 
 MOST_MOVES = 150
@@ -52,6 +52,12 @@ class Failure:
     report: Report
     position: tuple[float, float, float]
     way: str = "the stroke"
+
+    @classmethod
+    def of(cls, work: Workspace, state: State, report: Report, progress: float, way: str = "the stroke") -> "Failure":
+        """Return where a search from a state failed."""
+        x, y, z = state.q[report.node, :3] * work.model.scales.length
+        return cls(progress=progress, report=report, position=(float(x), float(y), float(z)), way=way)
 
     def __str__(self) -> str:
         """Return in one line the force that remains unbalanced, and where."""
@@ -126,7 +132,7 @@ def advance(
     *,
     duration: float = 0.0,
     ahead: FloatArray | None = None,
-    rods: Rods | None = None,
+    rods: RodTerm | None = None,
     drag: float = 0.0,
 ) -> tuple[State | None, Report]:
     """Find the equilibrium with fixed unknowns at `target`, from the one before; no bond breaks on the way.
@@ -145,8 +151,8 @@ def advance(
         Time the step takes [s]; it matters only to rods that relax.
     ahead : (N, 4) array, optional
         Motion found in a longer step from the same state, as a guess.
-    rods : Rods, optional
-        Elastic rods of the step, in place of the model's.
+    rods : RodTerm, optional
+        Rods of the step, in place of the model's.
     drag : float
         Resistance of every node to its motion [E r], zero but while strands snap.
 
@@ -156,7 +162,7 @@ def advance(
         The new equilibrium, None where the search failed, and how it went.
     """
     with work.clock("search"):
-        step = rods_of_step(work.model, state, duration) if rods is None else RodTerm(rods)
+        step = rods_of_step(work.model, state, duration) if rods is None else rods
         found, report = _search(work, state, target, options or Options(), ahead, step, drag)
     if found is None or rods is not None:
         return found, report
@@ -226,6 +232,36 @@ def _response(work: Workspace, motion: FloatArray, report: Report) -> FloatArray
     if response is None or report.contacts == 0:
         return response
     return motion + coupled_step(work, response - motion, COUPLED)
+
+
+def settle_after_break(work: Workspace, state: State, options: Options | None = None) -> tuple[State | None, Report]:
+    """Find the equilibrium after a break, with the fixtures where they are; it takes no time.
+
+    Parameters
+    ----------
+    work : Workspace
+        Buffers of the model of what is whole.
+    state : State
+        The equilibrium before, but for what broke: `bonds.hold` is that of what is whole.
+    options : Options, optional
+        How hard to try.
+
+    Returns
+    -------
+    State or None, Report
+        The equilibrium, None where none was found, and the last search with the iterations of all. What was set free
+        is in none of its works.
+    """
+    options = options or Options()
+    rods = rods_of_step(work.model, state, 0.0)
+    near, report = come_down(work, state, rods, options)
+    if near is None:
+        return None, report
+    found, again = advance(work, near, near.q, options, rods=rods)
+    report = replace(again, iterations=report.iterations + again.iterations)
+    if found is None:
+        return None, report
+    return after_step(work.model, state, replace(found, increment=found.q - state.q), 0.0), report
 
 
 def march(
@@ -302,24 +338,25 @@ def march(
         found, report = advance(work, state, path(end), options, duration=span, ahead=guess)
         return None if found is None else counted(state, found), report
 
+    def settle(torn: State) -> tuple[State | None, Report]:
+        return settle_after_break(work, torn, options)
+
     while at < 1.0:
         to = goal = control.goal(at)
         bonds = work.model.bonds
-        broken = None if bonds is None else break_due(search, state, bonds.locate, at)
+        broken = None if bonds is None else break_due(settle, state, bonds.locate)
         if broken is not None:
             to, (found, report) = at, broken
         elif bonds is None:
             found, report = search(state, at, to)
         else:
-            to, found, report = reach(search, state, bonds.locate, at, to)
+            to, found, report = reach(search, settle, state, bonds.locate, at, to)
         if found is None and passed is not None and (passed.crossed or not control.is_long(to - at)):
             to, found, report = passed.to, passed.beyond, passed.report
         if found is None:
             ahead = None
             if not control.cut():
-                x, y, z = state.q[report.node, :3] * work.model.scales.length
-                place = (float(x), float(y), float(z))
-                raise ConvergenceError(Failure(progress=at, report=report, position=place))
+                raise ConvergenceError(Failure.of(work, state, report, at))
             continue
         snapped = broken is None and found.snap_work > state.snap_work and snaps(state, found)
         if snapped and passed is None and locate_snaps and control.is_long(to - at):

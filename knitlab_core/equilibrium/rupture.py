@@ -16,12 +16,12 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
-from knitlab_core.equilibrium.inelastic_step import rods_of_step
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.march import Failure, advance, settle_after_break
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.snap_through import kept
 from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.errors import ConvergenceError
 from knitlab_core.rods.rod import Rods
 from knitlab_core.rods.rupture import cut_history, cut_rods, fibre_strain
 from knitlab_core.rods.yielding import cut_plastic
@@ -29,12 +29,11 @@ from knitlab_core.rods.yielding import cut_plastic
 OVERSHOOT = 1e-4
 """How far beyond the limit a fibre is taken when it breaks, relative to the limit."""
 
-MOST_TRIALS = 40
-"""Equilibria sought on the way to a rupture before giving up."""
+MOST_TRIALS = 16
+"""Equilibria sought on the way to a rupture before giving up; one that can be reached takes up to 8."""
 
-
-RELEASE = 0.25
-"""Share of the forces at a cut that is let go in one step."""
+NARROW = 1.0 / 256.0
+"""Share of the step to which a place beyond which nothing is found is narrowed down: strands snap there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +70,7 @@ def reach_rupture(
     radius: float = 1.0,
     options: Options | None = None,
     duration: float = 0.0,
+    end: State | None = None,
 ) -> tuple[float, State | None, int]:
     """Find where on a step the first fibre reaches its limit.
 
@@ -90,6 +90,8 @@ def reach_rupture(
         How hard to try.
     duration : float
         Time the whole step takes [s].
+    end : State, optional
+        Equilibrium at parameter 1, where it is known.
 
     Returns
     -------
@@ -106,8 +108,10 @@ def reach_rupture(
     start = weakest(work.model, state, radius)
     low, high, below, above = 0.0, 1.0, start.strain - aim, np.inf
     at, side, edge = 1.0, 0, start.edge
+    found, ahead = end, None
     for _ in range(MOST_TRIALS):
-        found, _ = advance(work, state, path(at), options, duration=at * duration)
+        if found is None:
+            found, _ = advance(work, state, path(at), options, duration=at * duration, ahead=ahead)
         if found is None:
             high, above, side = at, np.inf, 0
         else:
@@ -116,13 +120,15 @@ def reach_rupture(
             if abs(off) <= slack:
                 return at, found, edge
             if off < 0.0:
+                ahead = found.increment
                 low, below, above = at, off, above * (0.5 if side < 0 else 1.0)
             else:
                 high, above, below = at, off, below * (0.5 if side > 0 else 1.0)
             side = -1 if off < 0.0 else 1
-        if low >= high:
+        if low >= high or (np.isinf(above) and high - low < NARROW):
             break
         at = 0.5 * (low + high) if np.isinf(above) else low + (high - low) * below / (below - above)
+        found = None
     return at, None, edge
 
 
@@ -153,7 +159,7 @@ def sever(model: Model, edge: int) -> Model:
 def break_fibre(work: Workspace, state: State, edge: int, options: Options | None = None) -> tuple[Workspace, State]:
     """Cut a fibre and let all that hung on it find its balance, with the fixtures where they are.
 
-    The forces that held the cut together are let go by and by, so that the knit follows instead of being thrown.
+    The forces that held the cut together are gone at once; a fluid keeps the knit from being thrown (`transient.py`).
 
     Parameters
     ----------
@@ -180,19 +186,9 @@ def break_fibre(work: Workspace, state: State, edge: int, options: Options | Non
     state = _torn(work.model, state, edge)
     left = Workspace(sever(work.model, edge), work.clock)
     left.dead.loads[:] = work.dead.loads
-    rods = rods_of_step(left.model, state, 0.0)
-    left.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, rods=rods)
-    left.lag()
-    held = np.where(left.model.fixed, 0.0, left.gradient())
-
-    def let_go(share: float) -> FloatArray:
-        left.dead.loads[:] = work.dead.loads + (1.0 - share) * held
-        return state.q
-
-    *_, (_, found, _) = march(left, state, let_go, longest=RELEASE, options=options, locate_snaps=False)
-    # The forces at the cut are no outer loads: only the work of those that stay counts.
-    put_in = state.external_work + float(np.vdot(work.dead.loads, found.q - state.q))
-    found = replace(found, external_work=put_in)
+    found, report = settle_after_break(left, state, options)
+    if found is None:
+        raise ConvergenceError(Failure.of(left, state, report, 0.0, "the break of a fibre"))
     free = kept(state) - kept(found) - (found.bonds.released - state.bonds.released)
     return left, replace(found, fracture_work=state.fracture_work + free, snap_work=state.snap_work)
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.sparse.sums import inner
@@ -113,7 +114,12 @@ def _with_loss(before: State, after: State) -> State:
 
 def longest_way(state: State) -> float:
     """Return how far the node went that moved most since the equilibrium before [r]."""
-    x, y, z = state.increment[:, :3].T
+    return farthest(state.increment)
+
+
+def farthest(motion: FloatArray) -> float:
+    """Return how far the node goes that moves most in a motion (N, 4) [r]."""
+    x, y, z = motion[:, :3].T
     return float(np.sqrt(x * x + y * y + z * z).max())
 
 

@@ -190,7 +190,14 @@ def _cut_short(rig: Rig, before: State, axis_path: AxisPath, begin: float, step:
         return axis_path.target(rig, begin + share * length)
 
     share, found, _ = reach_rupture(
-        work, before, path, limit=limit, radius=rig.fibre_reach, options=axis_path.options, duration=span
+        work,
+        before,
+        path,
+        limit=limit,
+        radius=rig.fibre_reach,
+        options=axis_path.options,
+        duration=span,
+        end=step.state,
     )
     if found is None:
         return whole

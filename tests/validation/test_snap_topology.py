@@ -7,6 +7,7 @@ an arc of pi r of one strand no pairs are watched: there a curve bent by less th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +19,15 @@ from app.checks.dry_run import build_specimen
 from app.schemas import loads
 from app.schemas.machine_data import machines_of
 from knitlab_core.equilibrium.contacts import ContactTerm
+from knitlab_core.equilibrium.march import march
+from knitlab_core.equilibrium.rupture import break_fibre, sever, weakest
+from knitlab_core.equilibrium.snap_through import longest_way
 from knitlab_core.equilibrium.workspace import Workspace
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.record import Outcome
 from tests.contact_scenes import sampled
+from tests.validation.knit import make_knit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +77,9 @@ class Moves:
     def _strands(self) -> list[np.ndarray]:
         samples, m = self.model.samples, len(self.model.samples.weights)
         spans = samples.spans
-        strands = np.split(spans, np.flatnonzero(np.diff(samples.strand[spans])) + 1)
+        # A cut takes the spans about it out of its strand.
+        ends = (np.diff(samples.strand[spans]) != 0) | (np.diff(spans) != 1)
+        strands = np.split(spans, np.flatnonzero(ends) + 1)
         return [(strand[:, None] * m + np.arange(m)).ravel() for strand in strands]
 
     def _pairs(self, points: FloatArray, distance: float) -> np.ndarray:
@@ -86,13 +93,8 @@ class Moves:
         return watched
 
 
-@pytest.mark.parametrize("size", [2, pytest.param(3, marks=pytest.mark.slow)])
-def test_no_strands_cross_where_a_slack_pile_snaps(
-    bar: Callable[..., None], monkeypatch: pytest.MonkeyPatch, size: int
-) -> None:
-    protocol = loads(PILE.read_text(encoding="utf-8").replace("[4, 4, 4]", f"[{size}, {size}, {size}]"))
-    rig, state = mount(build_specimen(protocol), protocol.protocol, machines_of(protocol.protocol))
-    moves = Moves(rig.work.model)
+def watch(monkeypatch: pytest.MonkeyPatch, moves: Moves) -> None:
+    """Let every move of every search be seen."""
     start_step, keep_listed = Workspace.start_step, ContactTerm.keep_listed
 
     def begun(work: Workspace, q: FloatArray, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 (handed through)
@@ -105,6 +107,32 @@ def test_no_strands_cross_where_a_slack_pile_snaps(
 
     monkeypatch.setattr(Workspace, "start_step", begun)
     monkeypatch.setattr(ContactTerm, "keep_listed", moved)
+
+
+def test_no_strands_cross_where_a_fibre_breaks(bar: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+    knit = make_knit(2, nodes_per_loop=16)
+    work = Workspace(knit.model)
+    *_, (_, state, _) = march(work, knit.start, lambda s: knit.target(0.3 * s), longest=0.1)
+    edge = weakest(knit.model, state).edge
+    moves, before = Moves(sever(knit.model, edge)), work.clock.iterations
+    watch(monkeypatch, moves)
+    left, found = break_fibre(work, state, edge)
+    assert 20 <= left.clock.iterations - before <= 100
+    assert longest_way(replace(found, increment=found.q - state.q)) > 2.0
+    name = "2x2 whose fibre breaks"
+    bar(f"{name}: share of its way to touching cores that a pair goes", moves.share, 1.0, "1", "solids do not cross")
+    gap = moves.spacing / np.sqrt(2.0) / moves.core
+    bar(f"{name}: distance of samples where strands cross, over the core's", gap, 1.0, "1", "solids do not cross")
+
+
+@pytest.mark.parametrize("size", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_no_strands_cross_where_a_slack_pile_snaps(
+    bar: Callable[..., None], monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    protocol = loads(PILE.read_text(encoding="utf-8").replace("[4, 4, 4]", f"[{size}, {size}, {size}]"))
+    rig, state = mount(build_specimen(protocol), protocol.protocol, machines_of(protocol.protocol))
+    moves = Moves(rig.work.model)
+    watch(monkeypatch, moves)
     *_, outcome = perform(rig, state, protocol.protocol)
     assert isinstance(outcome, Outcome)
     assert outcome.end == "target"

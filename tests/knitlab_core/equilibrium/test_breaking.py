@@ -64,13 +64,18 @@ class Road:
         bonds = state.bonds._replace(load=np.where(whole, load, 0.0), energy=float(load[whole].sum()))
         return replace(state, bonds=bonds), report
 
+    def settle(self, state: State) -> tuple[State | None, Report]:
+        """Search where the last search led."""
+        at = self.went[-1][1]
+        return self.search(state, at, at)
+
 
 def walk(road: Road, goal: float = 1.0) -> list[tuple[float, State, Report]]:
     _, state = strand()
     state = replace(state, bonds=BondState.printed(len(road.rates)))
     at, rows = 0.0, []
     while at < goal:
-        at, found, report = reach(road.search, state, LOCATE, at, goal)
+        at, found, report = reach(road.search, road.settle, state, LOCATE, at, goal)
         assert found is not None
         state = found
         rows.append((at, state, report))
@@ -121,9 +126,9 @@ def test_a_bond_that_cannot_go_at_all_ends_the_step() -> None:
     road = Road((1.25, 0.5), boldest=0.6)
     _, state = strand()
     state = replace(state, bonds=BondState.printed(2))
-    at, found, _ = reach(road.search, state, LOCATE, 0.0, 1.0)
+    at, found, _ = reach(road.search, road.settle, state, LOCATE, 0.0, 1.0)
     assert found is not None
-    _, end, report = reach(road.search, found, LOCATE, at, 1.0)
+    _, end, report = reach(road.search, road.settle, found, LOCATE, at, 1.0)
     assert end is None
     assert not report.converged
 
