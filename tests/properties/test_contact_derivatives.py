@@ -131,10 +131,12 @@ def test_gradient_against_differences_of_energy_over_decades(
 @settings(deadline=None, max_examples=20)
 def test_every_force_against_a_difference_of_energy(seed: int, friction: float, slide: float, edge: float) -> None:
     now = tangle(seed, friction, slide, edge)
+    # A difference across a jump of the stiffness is of first order.
+    assume(least_way_to_a_jump(now) > 4e-6)
     gradient = now.gradient(now.q)
     assert friction == 0.0 or np.abs(gradient[:, 3]).max() > 0.0
     units = np.eye(now.q.size).reshape(-1, *now.q.shape)
-    slopes = [(now.energy(now.q + 1e-5 * way) - now.energy(now.q - 1e-5 * way)) / 2e-5 for way in units]
+    slopes = [(now.energy(now.q + 2e-6 * way) - now.energy(now.q - 2e-6 * way)) / 4e-6 for way in units]
     np.testing.assert_allclose(gradient.ravel(), slopes, rtol=0.0, atol=1e-6 * np.abs(gradient).max())
 
 

@@ -218,7 +218,7 @@ def test_what_may_and_what_may_not_go_on(
         resume_run(run, silent)
     with h5py.File(checkpoint, "r+") as file:
         file.attrs["layout"] = 0
-    with pytest.raises(FormatError, match=r"checkpoint\.h5:1: expected a checkpoint in layout 3"):
+    with pytest.raises(FormatError, match=r"checkpoint\.h5:1: expected a checkpoint in layout [0-9]+"):
         resume_run(run, silent)
     checkpoint.write_bytes(b"no checkpoint")
     with pytest.raises(FormatError, match="expected the checkpoint of a run"):

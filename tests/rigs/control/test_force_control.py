@@ -167,7 +167,8 @@ def test_a_force_that_a_torn_knit_cannot_carry_names_slack_or_noise(
     assert [step.end for step in ran.steps] == ["rupture", "target", "limit"]
     assert f"; {why}: " in ran.steps[-1].message
     assert "the axis would have to jump by" in ran.steps[-1].message
-    assert abs(ran.rows[-1].crosshead["W"]) < 1e-4
+    # Within the noise it may move by less than a step, and not by the jump.
+    assert abs(ran.rows[-1].displacement["W"]) < INCREMENT * ran.rig.gauges["W"]
 
 
 @pytest.mark.parametrize(
