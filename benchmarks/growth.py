@@ -1,9 +1,12 @@
-"""How time grows with the size of a knit: `python -m benchmarks.growth [planar|volumetric] [size ...]`."""
+"""How processor time grows with the size of a knit: `python -m benchmarks.growth [planar|volumetric] [size ...]`.
+
+With `KNITLAB_THREADS=1` it is the time on a machine at rest, nearly whatever else runs.
+"""
 
 from __future__ import annotations
 
 import sys
-from time import perf_counter
+from time import process_time
 from typing import Final
 
 import numpy as np
@@ -25,17 +28,17 @@ TEXTS: Final = {
 
 
 def cycle(kind: str, size: int) -> tuple[int, int, float]:
-    """Run one cycle to 40 % and back; return nodes, iterations and seconds from the first row on."""
+    """Run one cycle to 40 % and back; return nodes, iterations and processor seconds from the first row on."""
     path, old, new, cycles, one = TEXTS[kind]
     text = path.read_text(encoding="utf-8").replace(old, new.format(size)).replace(cycles, one)
     loaded = loads(text)
     specimen = build_specimen(loaded)
     rig, state = mount(specimen, loaded.protocol, machines_of(loaded.protocol))
-    began, iterations = perf_counter(), 0
+    began, iterations = process_time(), 0
     for event in perform(rig, state, loaded.protocol):
         if isinstance(event, Equilibrium):
             iterations += event.iterations
-    return len(specimen.nodes), iterations, perf_counter() - began
+    return len(specimen.nodes), iterations, process_time() - began
 
 
 def main(kind: str, sizes: tuple[int, ...]) -> None:
