@@ -30,7 +30,7 @@ class YieldingRodTerm(RodTerm):
         copies = {name: getattr(step, name).copy() for name in ("rest_stretch", "rest_curvature", "rest_twist")}
         super().__init__(step._replace(**copies))
         self._made, self._step, self._law, self._plastic = made, step, law, plastic
-        self._new: BoolArray = np.logical_not(np.any(plastic, axis=(1, 2)))
+        self._new: BoolArray = np.logical_not(np.any(plastic, axis=2))
         self._moved = np.column_stack(
             [
                 step.rest_stretch[:, 0] - made.rest_stretch[:, 0],

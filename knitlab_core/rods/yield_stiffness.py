@@ -12,7 +12,7 @@ from knitlab_core.rods.energies import NOTHING, curvature_slopes
 from knitlab_core.rods.frames import Frames, curvature_binormal, material_curvature, material_directors
 from knitlab_core.rods.rod import Rods, span_chord
 from knitlab_core.rods.vectors import Vector, add, combine, cross, dot, row, scale
-from knitlab_core.rods.yielding import Yielding, bends_elastically, section_softening, torsion_relief
+from knitlab_core.rods.yielding import Yielding, section_softening, torsion_relief
 from knitlab_core.sparse.blocks import Pattern
 
 Triad = tuple[Vector, Vector, Vector]
@@ -42,7 +42,7 @@ def add_yield_hessian(
     strain : (N, 5) array
         Strains from rest.
     law, plastic, new
-        How sections yield, their plastic strains, and which have none; as in `yielding.relieve`.
+        How sections yield, their plastic strains, and which elements have none; as in `yielding.relieve`.
     pattern, blocks
         As in `stiffness.rod_hessian`.
     """
@@ -65,9 +65,9 @@ def add_yield_hessian(
                 _subtract(slopes, taken, 8, 4, pattern.below[i + 1], blocks)
                 _subtract(slopes, taken, 8, 0, pattern.below2[i + 1], blocks)
         for end in (i, i + 1):
-            if not rods.is_inner[end] and not (new[end] and bends_elastically(strain[end, 0], 0.0, 0.0, law)):
+            if not rods.is_inner[end]:
                 along = (
-                    section_softening(end, strain[end, 0], 0.0, 0.0, law, plastic)[0]
+                    section_softening(end, strain[end, 0], 0.0, 0.0, law, plastic, new)[0]
                     * rods.stretched[end]
                     / rods.rest_length[i] ** 2
                 )
@@ -97,11 +97,8 @@ def _softening_of(
     """Return what the section of an inner node lacks of stiffness: the six of `section_softening`, and twist's."""
     length = rods.span[i]
     axial, k1, k2, twist = strain[i, 0], strain[i, 1] / length, strain[i, 2] / length, strain[i, 3] / length
-    aa, a1, a2, r11, r12, r22, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if not (new[i] and bends_elastically(axial, k1, k2, law)):
-        aa, a1, a2, r11, r12, r22 = section_softening(i, axial, k1, k2, law, plastic)
-    if not (new[i] and abs(twist) <= law.least_shear):
-        tt = torsion_relief(i, twist, law, plastic)[2]
+    aa, a1, a2, r11, r12, r22 = section_softening(i, axial, k1, k2, law, plastic, new)
+    tt = torsion_relief(i, twist, law, plastic, new)[2]
     return aa, a1, a2, r11, r12, r22, tt
 
 

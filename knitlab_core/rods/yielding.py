@@ -58,7 +58,7 @@ class Yielding(NamedTuple):
     `y`, `z`: (P,) places of the points across the curvatures' axes [r]; `weight`: (P,) area [r^2]; `radius`: (R,) of
     the points for twist [r]; `shear_weight`: (R,) area times G / E [r^2]. `share`: (K,) shares of the modulus that
     yield; `limit`, `shear_limit`: (K,) elastic strains from which each does [1]. `reach`: largest radius of a point
-    [r]; `least`, `least_shear`: smallest limits [1].
+    for bending [r].
     """
 
     y: FloatArray
@@ -70,8 +70,6 @@ class Yielding(NamedTuple):
     limit: FloatArray
     shear_limit: FloatArray
     reach: float
-    least: float
-    least_shear: float
 
     def unstrained(self, nodes: int) -> FloatArray:
         """Return the plastic strains (N, K, P + R) of sections that never yielded."""
@@ -112,8 +110,6 @@ def make_yielding(material: Material, section: Section, lasting: float) -> Yield
         limit=limit,
         shear_limit=shear_limit,
         reach=wide * float(rings[-1]),
-        least=float(limit.min()),
-        least_shear=float(shear_limit.min()) / (deep * float(rings[-1])),
     )
 
 
@@ -139,7 +135,7 @@ def relief(strain: float, plastic: float, limit: float) -> tuple[float, float, f
 
 @inline_kernel
 def section_relief(
-    i: int, axial: float, k1: float, k2: float, law: Yielding, plastic: FloatArray
+    i: int, axial: float, k1: float, k2: float, law: Yielding, plastic: FloatArray, new: BoolArray
 ) -> tuple[float, float, float, float]:
     """Return what the section of node i lacks of energy, axial force and both moments, per unit length.
 
@@ -149,12 +145,15 @@ def section_relief(
         Node.
     axial, k1, k2 : float
         Axial strain [1] and curvatures [1/r] from rest.
-    law, plastic
-        How it yields; plastic strains (N, K, P + R) where the step began.
+    law, plastic, new
+        As in `relieve`; an element that never yielded, and cannot at these strains, is passed over.
     """
     energy, force, m1, m2 = 0.0, 0.0, 0.0, 0.0
+    most = abs(axial) + law.reach * sqrt(k1 * k1 + k2 * k2)
     for k in range(law.share.size):
         limit, share = law.limit[k], law.share[k]
+        if new[i, k] and most <= limit:
+            continue
         for p in range(law.y.size):
             y, z = law.y[p], law.z[p]
             f, slope, _ = relief(axial + k1 * y + k2 * z, plastic[i, k, p], limit)
@@ -169,12 +168,15 @@ def section_relief(
 
 @inline_kernel
 def section_softening(
-    i: int, axial: float, k1: float, k2: float, law: Yielding, plastic: FloatArray
+    i: int, axial: float, k1: float, k2: float, law: Yielding, plastic: FloatArray, new: BoolArray
 ) -> tuple[float, float, float, float, float, float]:
     """Return the second derivatives of that energy: by (a, a), (a, k1), (a, k2), (k1, k1), (k1, k2), (k2, k2)."""
     aa, a1, a2, r11, r12, r22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    most = abs(axial) + law.reach * sqrt(k1 * k1 + k2 * k2)
     for k in range(law.share.size):
         limit, share = law.limit[k], law.share[k]
+        if new[i, k] and most <= limit:
+            continue
         for p in range(law.y.size):
             y, z = law.y[p], law.z[p]
             _, _, curve = relief(axial + k1 * y + k2 * z, plastic[i, k, p], limit)
@@ -189,11 +191,16 @@ def section_softening(
 
 
 @inline_kernel
-def torsion_relief(i: int, twist: float, law: Yielding, plastic: FloatArray) -> tuple[float, float, float]:
+def torsion_relief(
+    i: int, twist: float, law: Yielding, plastic: FloatArray, new: BoolArray
+) -> tuple[float, float, float]:
     """Return what twisting lacks of energy, torque and stiffness per unit length, at a twist [1/r] of node i."""
     energy, torque, stiffness = 0.0, 0.0, 0.0
     first = law.y.size
+    most = abs(twist) * law.radius[law.radius.size - 1]
     for k in range(law.share.size):
+        if new[i, k] and most <= law.shear_limit[k]:
+            continue
         for p in range(law.radius.size):
             rho = law.radius[p]
             f, slope, curve = relief(rho * twist, plastic[i, k, first + p], law.shear_limit[k])
@@ -202,12 +209,6 @@ def torsion_relief(i: int, twist: float, law: Yielding, plastic: FloatArray) -> 
             torque += weight * rho * slope
             stiffness += weight * rho * rho * curve
     return energy, torque, stiffness
-
-
-@inline_kernel
-def bends_elastically(axial: float, k1: float, k2: float, law: Yielding) -> bool:
-    """Tell whether no point of a section that never yielded can do so at these strains."""
-    return abs(axial) + law.reach * sqrt(k1 * k1 + k2 * k2) <= law.least
 
 
 @kernel
@@ -226,8 +227,8 @@ def relieve(
         How sections yield.
     plastic : (N, K, P + R) array
         Plastic strains where the step began.
-    new : (N,) bool array
-        Sections that never yielded.
+    new : (N, K) bool array
+        Elements of sections that never yielded at any point.
     rods : Rods
         Stiffness of the step; rest strains `rest_stretch` (first column), `rest_curvature` and `rest_twist` are
         increased from what they are.
@@ -245,18 +246,16 @@ def relieve(
         axial, k1, k2, twist = strain[i, 0], 0.0, 0.0, 0.0
         if rods.is_inner[i]:
             k1, k2, twist = strain[i, 1] / length, strain[i, 2] / length, strain[i, 3] / length
-        if not (new[i] and bends_elastically(axial, k1, k2, law)):
-            energy, force, m1, m2 = section_relief(i, axial, k1, k2, law, plastic)
-            e0 = force / ea
-            rods.rest_stretch[i, 0] += e0
-            beyond += length * (force * (axial - moved[i, 0] - 0.5 * e0) - energy)
-            if rods.is_inner[i]:
-                c1, c2 = length * m1 / rods.bend_stiffness[i], length * m2 / rods.bend_stiffness[i]
-                rods.rest_curvature[i, 0] += c1
-                rods.rest_curvature[i, 1] += c2
-                beyond += m1 * (strain[i, 1] - moved[i, 1] - 0.5 * c1) + m2 * (strain[i, 2] - moved[i, 2] - 0.5 * c2)
-        if rods.is_inner[i] and not (new[i] and abs(twist) <= law.least_shear):
-            energy, torque, _ = torsion_relief(i, twist, law, plastic)
+        energy, force, m1, m2 = section_relief(i, axial, k1, k2, law, plastic, new)
+        e0 = force / ea
+        rods.rest_stretch[i, 0] += e0
+        beyond += length * (force * (axial - moved[i, 0] - 0.5 * e0) - energy)
+        if rods.is_inner[i]:
+            c1, c2 = length * m1 / rods.bend_stiffness[i], length * m2 / rods.bend_stiffness[i]
+            rods.rest_curvature[i, 0] += c1
+            rods.rest_curvature[i, 1] += c2
+            beyond += m1 * (strain[i, 1] - moved[i, 1] - 0.5 * c1) + m2 * (strain[i, 2] - moved[i, 2] - 0.5 * c2)
+            energy, torque, _ = torsion_relief(i, twist, law, plastic, new)
             c3 = length * torque / rods.twist_stiffness[i]
             rods.rest_twist[i] += c3
             beyond += torque * (strain[i, 3] - moved[i, 3] - 0.5 * c3) - length * energy

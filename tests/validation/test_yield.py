@@ -56,7 +56,7 @@ def moment(law: Yielding, curvature: tuple[float, float], plastic: Array | None 
     past = law.unstrained(3) if plastic is None else plastic
     strain = np.zeros((3, 5))
     strain[1, 1:3] = curvature
-    relieve(strain, np.zeros((3, 5)), law, past, ~np.any(past, axis=(1, 2)), rods)
+    relieve(strain, np.zeros((3, 5)), law, past, ~np.any(past, axis=2), rods)
     return np.asarray(EI * (strain[1, 1:3] - rods.rest_curvature[1]))
 
 
@@ -215,7 +215,7 @@ def test_twist_yields_by_von_mises_shear(bar: Callable[..., None]) -> None:
     rods, _ = make_rods(np.outer(np.arange(3.0), [1.0, 0.0, 0.0]), (3,), poisson_ratio=0.3)
     strain = np.zeros((3, 5))
     strain[1, 3] = turn
-    relieve(strain, np.zeros((3, 5)), law, law.unstrained(3), np.ones(3, dtype=np.bool_), rods)
+    relieve(strain, np.zeros((3, 5)), law, law.unstrained(3), np.ones((3, 1), dtype=np.bool_), rods)
     shear = 0.5 / 1.3
     found = shear * 0.5 * np.pi * (turn - rods.rest_twist[1])
     limit = LIMIT * 2.0 * 1.3 / np.sqrt(3.0)
