@@ -118,10 +118,10 @@ NAMED_STITCHES: Final[Mapping[str, Stitch]] = MappingProxyType(
         "stockinette-default": Stitch(curvature=1.5, height=0.80, depth=0.25, row_spacing=0.86, fibre_radius=0.050),
         "plain-knit": Stitch(curvature=1.5, height=0.637, depth=0.159, row_spacing=0.716, fibre_radius=0.050),
         "G_B": Stitch(curvature=1.5, height=1.0, depth=0.25, row_spacing=1.06, fibre_radius=0.050),
-        "paper-fit": Stitch(curvature=1.72, height=0.70, depth=0.303, row_spacing=0.885, fibre_radius=0.044),
+        "paper-fit": Stitch(curvature=1.55, height=0.61, depth=0.25, row_spacing=0.67, fibre_radius=0.0395),
     }
 )
-"""Stitches by name: the default, Crane's plain knit (2023), a taller one, and a fit to the paper's secants."""
+"""Stitches by name: the default, Crane's plain knit (2023), a taller one, and a fit to the paper (decision 0039)."""
 
 
 def planar_budget(loop: LoopShape, fibre_radius: float) -> LoopBudget:

@@ -22,7 +22,7 @@ def test_a_stitch_refuses_what_is_no_positive_bounded_number(field: str, value: 
 def test_the_named_stitches_are_the_design_s() -> None:
     assert set(NAMED_STITCHES) == {"stockinette-default", "plain-knit", "G_B", "paper-fit"}
     assert (
-        Stitch(curvature=1.72, height=0.70, depth=0.303, row_spacing=0.885, fibre_radius=0.044)
+        Stitch(curvature=1.55, height=0.61, depth=0.25, row_spacing=0.67, fibre_radius=0.0395)
         == (NAMED_STITCHES["paper-fit"])
     )
 
