@@ -133,7 +133,8 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
             if not over:
                 _log(f"the test ended: {ended.outcome}")
             return ended
-    shutil.rmtree(files.run, ignore_errors=True)
+    with suppress(FileNotFoundError):
+        shutil.rmtree(files.run)  # where it cannot be removed now, the job is given back
     watch.begin_again()
     ended = run_protocol(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
