@@ -15,7 +15,8 @@ from app.records.layout import reaches
 from app.records.lock import locked
 from app.records.reader import RunReader
 from app.runs.compile_ahead import compiling_beside
-from app.runs.runner import RunResult, make_task, mount_specimen, quiet, reopen, resume, run_from_start
+from app.runs.publishing import RunResult
+from app.runs.runner import make_task, mount_specimen, quiet, reopen, resume, run_from_start
 from app.runs.stopped import kept_in
 from app.schemas import load, loads
 from app.views.drawing import draw_here
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from app.records.checkpoint import Saved
-    from app.runs.runner import Progress, Watch
+    from app.runs.publishing import Progress
+    from app.runs.runner import Watch
     from app.schemas import Loaded, Source
     from app.schemas.document import Data
     from app.views.drawing import Draw

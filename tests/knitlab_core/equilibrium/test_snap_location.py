@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium import march as marching
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.newton import Report
 from knitlab_core.equilibrium.snap_location import SUDDEN, snaps
@@ -116,7 +117,6 @@ def test_a_march_resumed_at_any_row_that_allows_it_has_the_same_rows() -> None:
 
 def test_where_no_short_step_passes_a_snap_the_long_one_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     (_, _), (beyond, known) = snap_of(follow_without_location())
-    advance = marching.advance
 
     def unguided(*arguments: Any, ahead: FloatArray | None = None, **more: Any) -> tuple[State | None, Report]:  # noqa: ANN401
         # Only what was found beyond the snap is below the feet.
