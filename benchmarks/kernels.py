@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from time import perf_counter
 from typing import TYPE_CHECKING
+from unittest.mock import patch
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from app.schemas import load
 from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PROTOCOL
 from knitlab_core.equilibrium import march
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.coupling import load_coupling
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
@@ -30,19 +32,15 @@ def loaded_knit() -> tuple[Workspace, State]:
     loaded = load(PROTOCOL)
     stage, state = mount(build_specimen(loaded), loaded.protocol, machines_of(loaded.protocol))
     states = [state]
-    advance = march.advance
 
     def kept(work: Workspace, begun: State, *args: object, **options: float) -> object:
         states.append(begun)
         return advance(work, begun, *args, **options)  # type: ignore[arg-type]
 
-    march.advance = kept  # type: ignore[assignment]
-    try:
+    with patch.object(march, "advance", kept):
         for event in perform(stage, state, loaded.protocol):
             if isinstance(event, Equilibrium) and event.displacement["C"] >= 0.33 * stage.gauges["C"]:
                 break
-    finally:
-        march.advance = advance
     return stage.work, states[-1]
 
 

@@ -22,7 +22,8 @@ from scipy.spatial import cKDTree
 from benchmarks.linear_solvers import System, compare, milliseconds, printed
 from benchmarks.main_job import at_strain, stiffness
 from knitlab_core.contact.friction import Memory
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
 

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from app.records.reader import read_run as open_run
     from app.records.results import figures_of as figures
-    from app.runs.runner import RunResult
+    from app.runs.publishing import RunResult
     from app.runs.stopped import RunStoppedError
     from app.runs.sweeps import SweepResult
     from app.runs.sweeps import run_sweep as sweep
@@ -179,7 +179,7 @@ _HOMES: Final = {
     "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
     "Repeat": "rigs.protocol.protocol:Repeat",
     "RunReader": "app.records.reader:RunReader",
-    "RunResult": "app.runs.runner:RunResult",
+    "RunResult": "app.runs.publishing:RunResult",
     "RunStoppedError": "app.runs.stopped:RunStoppedError",
     "ServiceError": "app.service.errors:ServiceError",
     "SolverError": "knitlab_core.errors:SolverError",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigs.record import Trace
+from rigs.trace import Trace
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -16,7 +16,7 @@ from tests.synthetic_run import SIZE, stage_instrument
 
 if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 COLUMNS = {"biotester": "XForce", "triaxial": "biaxial-hook.XForce", "bluehill-universal": "Force"}
 SUFFIXES = {"m": 1e-3, "u": 1e-6}

@@ -28,7 +28,8 @@ from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, Protocol, Ramp, Target, Zero
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, trace_of
+from rigs.record import Equilibrium
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

@@ -12,8 +12,9 @@ from app.records.writer import RunWriter
 from app.schemas.machine_data import read_machine
 from rigs.instruments.channels import Instrument, Zeroing, measure
 from rigs.machines.machine import instrument_of
-from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize, trace_of
+from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize
 from rigs.step_record import StepRecord
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

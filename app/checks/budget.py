@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 #: Strands that lie side by side where a knit that is drawn is at its narrowest.
 STRANDS: Final = 4
 
-#: Fibre strain over (fibre radius / loop width) (strain / locking strain)²; see docs/decisions/0024.
-GROWTH: Final = 4.0
+#: Factors of the estimate of fibre strain, fitted to solved tests; see `fibre_strain`.
+COURSE, LOOPS, TURN, LOCKED = 0.6, 2.0, 1.2, 0.046
 
-#: By how much that estimate may be off, either way.
-BAND: Final = 4.0
+#: By how much that estimate may be off, either way, where it is 1 % or more.
+BAND: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,14 +103,71 @@ def _budget(loop: LoopBudget, height: Axis, strain: Mapping[Axis, float]) -> Bud
     return None
 
 
-def fibre_strain(spec: SpecimenSpec, budget: Budget | None, strokes: Sequence[Stroke]) -> float | None:
-    """Estimate the largest strain at the surface of a fibre [1]; exact for a filament, else within a factor `BAND`."""
+def fibre_strain(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Axis, float]) -> float | None:
+    """Estimate the largest strain at the surface of a fibre [1]; exact for a filament, else within a factor `BAND`.
+
+    The largest of what four places of a knit reach, with the fibre radius r [loop widths] and the strain e at which the
+    loops along a driven axis are spread:
+
+    - ``0.6 r ε_C``: loop heads that are opened along the course;
+    - ``2 r e²``: loops that are drawn into each other;
+    - ``1.2 r e``: turn-arounds between two rows of which hooks hold both;
+    - ``0.046 (e_CW / ε_lock)^3.5``: loops that have used up their yarn and bend around the strand they cross.
+
+    Parameters
+    ----------
+    spec : SpecimenSpec
+        The specimen.
+    strokes : sequence of Stroke
+        Every move that is planned.
+    lengths : Mapping
+        Initial hook-to-hook distance of each driven axis [m]; sides of other axes are free.
+
+    Returns
+    -------
+    float or None
+        None where a fabric has no known loops, and where nothing moves.
+
+    References
+    ----------
+    docs/decisions/0024: how the factors were found, and how far they are off.
+    """
     if spec.fabric.straight:
         return max((abs(stroke.end["C"]) / spec.loop_width for stroke in strokes if "C" in stroke.end), default=0.0)
-    if budget is None:
+    budgets = loop_budgets(spec.fabric, spec.yarn)
+    if not budgets or not strokes:
         return None
     radius = spec.fabric.fibre_radius if spec.yarn is None else spec.yarn.fibre_radius
-    return GROWTH * radius * budget.share**2
+    found = 0.0
+    for strains in (_strains(stroke, lengths) for stroke in strokes):
+        found = max(found, COURSE * radius * strains.get("C", 0.0))
+        if len(budgets) > 1:
+            # Of the two loops of a volumetric stitch one reaches along the axis: it does what both would.
+            found = max(found, *(LOOPS * radius * (2.0 * max(0.0, strains.get(axis, 0.0))) ** 2 for axis in budgets))
+        elif "W" in strains:
+            found = max(found, _planar_strain(spec, budgets["W"], radius, strains, lengths["W"] / spec.loop_width))
+    return found
+
+
+def _planar_strain(
+    spec: SpecimenSpec, loop: LoopBudget, radius: float, strains: Mapping[Axis, float], length: float
+) -> float:
+    """Return the largest strain of a fibre outside of the loop heads of a planar knit [1]; lengths in loop widths.
+
+    Hooks hold the outermost loops at their far ends, so that only the spacings between rows are left to lengthen; a
+    single row lengthens as half a spacing.
+    """
+    spacings = max(spec.rows - 1.0, 0.5) * 0.5 * loop.share
+    spread = max(0.0, strains["W"]) * length / spacings
+    largest = LOOPS * radius * spread**2
+    if spec.rows <= 2:  # hooks hold both
+        largest = max(largest, TURN * radius * spread)
+    if "C" in strains:
+        # Loops in the middle of the rows lend yarn to those at the edges: a third of what these lack.
+        lent = (2.0 * spread + max(0.0, strains["W"])) / 3.0
+        used = (max(0.0, strains["C"]) + loop.share * lent) / (1.0 + loop.share) / loop.locking
+        largest = max(largest, LOCKED * radius / loop.fibre_radius * used**3.5)
+    return largest
 
 
 def budget_warnings(budget: Budget | None) -> list[str]:
@@ -148,4 +205,4 @@ def fibre_line(spec: SpecimenSpec, strain: float | None) -> str:
 
 def _band(spec: SpecimenSpec) -> str:
     """Return how far to trust the estimate; that of a filament is exact."""
-    return "" if spec.fabric.straight else f" (rough estimate, within a factor of {BAND:g})"
+    return "" if spec.fabric.straight else f" (estimate, within a factor of {BAND:g})"

@@ -79,7 +79,7 @@ class Plan:
     budget : Budget or None
         How far the strokes go, and how far the yarn reaches; None for a filament, and where nothing moves.
     fibre_strain : float or None
-        Largest strain at the surface of a fibre, a rough estimate [1]; None where there is none.
+        Largest strain at the surface of a fibre, an estimate [1]; None where there is none.
     warnings : sequence of str
         Limits that would be passed, one line each.
     defaults : Mapping
@@ -208,7 +208,7 @@ def dry_run(source: Source) -> Plan:
         raise loaded.locate(error) from error
     machines, spec = fitted_machines(loaded), protocol.specimen
     budget = budget_of(spec, planned, lengths)
-    strain = fibre_strain(spec, budget, planned)
+    strain = fibre_strain(spec, planned, lengths)
     return Plan(
         protocol=protocol,
         specimen=facts,

@@ -25,8 +25,9 @@ from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.axes import AXES
 from rigs.instruments.samples import thinned
 from rigs.jumps import jump_times
-from rigs.record import ENDS, PHASES, Outcome, SpecimenSize, Trace
+from rigs.record import ENDS, PHASES, Outcome, SpecimenSize
 from rigs.step_record import StepRecord
+from rigs.trace import Trace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

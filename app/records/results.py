@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis, FloatArray
     from rigs.protocol.protocol import Protocol
-    from rigs.record import SpecimenSize, Trace
+    from rigs.record import SpecimenSize
+    from rigs.trace import Trace
 
 Figure: TypeAlias = tuple[str, float, str]
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.control.checkpoint import Checkpoint
 from rigs.instruments.channels import Zeroing
-from rigs.record import Equilibrium, Frame, Outcome, trace_of
+from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from app.records.writer import RunWriter
     from rigs.axes import Axis
     from rigs.control.experiment import Event
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 TESTED: Final = 0.9
 """Share of a run that is done when its test is: log, plot and pictures come after."""

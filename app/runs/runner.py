@@ -9,9 +9,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from app.checks.dry_run import build_specimen, fitted_machines
-from app.file_names import file_stem
 from app.records.checkpoint import CHECKPOINT, Keeper, Origin
-from app.records.export import export_logs
 from app.records.folder import RECORD
 from app.records.layout import make_record
 from app.records.reader import RunReader
@@ -19,8 +17,9 @@ from app.records.results import run_figures, with_wall_time
 from app.records.seal import seal, sealed_size
 from app.records.writer import RunWriter
 from app.runs.interrupts import interrupts_held
-from app.runs.journal import TESTED, Journal
+from app.runs.journal import Journal
 from app.runs.provenance import provenance
+from app.runs.publishing import publish, result_of
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import clasp_nodes
@@ -40,54 +39,21 @@ if TYPE_CHECKING:
 
     from app.records.checkpoint import Saved
     from app.records.results import Figure
+    from app.runs.publishing import Progress, RunResult
     from app.schemas import Loaded
     from app.views.drawing import Draw
     from knitlab_core.equilibrium.model import State
-    from rigs.analysis.clasps import ClaspLoss
-    from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis, IntArray
     from rigs.control.experiment import Event
     from rigs.machines.rig import Rig
-    from rigs.record import End, Equilibrium, Outcome, Trace
-    from rigs.step_record import StepRecord
+    from rigs.record import Equilibrium, Outcome
+    from rigs.trace import Trace
 
-    Progress = Callable[[float, str], None]
     Watch = Callable[[int, Equilibrium, Mapping[Axis, float]], None]
 
 
 def quiet(_share: float, _text: str) -> None:
     """Show no progress."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunResult:
-    """How a run ended, and its figures.
-
-    Attributes
-    ----------
-    outcome : End
-        How it ended.
-    message : str
-        One line for the user; empty when there is nothing to add.
-    folder : Path
-        The run folder.
-    figures : tuple of (name, value, unit)
-        Empty if nothing was measured.
-    steps : tuple of StepRecord
-        How each step ended that was begun.
-    crossings : tuple of LimitCrossing
-        Where a fibre passed a limit of its material.
-    losses : tuple of ClaspLoss
-        Where clasps let go.
-    """
-
-    outcome: End
-    message: str
-    folder: Path
-    figures: tuple[Figure, ...]
-    steps: tuple[StepRecord, ...] = ()
-    crossings: tuple[LimitCrossing, ...] = ()
-    losses: tuple[ClaspLoss, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -224,9 +190,9 @@ def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: 
             protocol=record.test,
             unfinished=record.outcome.unfinished,
         )
-        _publish(record, saved.origin.name, progress, draw=draw)
+        publish(record, saved.origin.name, progress, draw=draw)
         record.path.with_name(CHECKPOINT).unlink()
-    return _result(outcome, figures, record)
+    return result_of(outcome, figures, record)
 
 
 def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
@@ -268,18 +234,6 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
     return outcome, figures
 
 
-def _result(outcome: Outcome, figures: tuple[Figure, ...], record: RunReader) -> RunResult:
-    return RunResult(
-        outcome=outcome.end,
-        message=outcome.message,
-        folder=record.path.parent,
-        figures=figures,
-        steps=record.steps,
-        crossings=record.crossings,
-        losses=record.losses,
-    )
-
-
 def _published(task: Task, journal: Journal, outcome: Outcome, figures: tuple[Figure, ...]) -> RunResult:
     """Write the views of a test; the checkpoint is removed unless the test was interrupted.
 
@@ -289,10 +243,10 @@ def _published(task: Task, journal: Journal, outcome: Outcome, figures: tuple[Fi
     if outcome.end == "abort":
         progress = partial(_stay, task.progress, journal.done)
     record = RunReader(task.record, trace=journal.trace, test=task.loaded.protocol)
-    _publish(record, task.loaded.protocol.name, progress, draw=task.draw)
+    publish(record, task.loaded.protocol.name, progress, draw=task.draw)
     if outcome.end != "abort":
         task.checkpoint.unlink(missing_ok=True)
-    return _result(outcome, with_wall_time(figures, perf_counter() - task.began), record)
+    return result_of(outcome, with_wall_time(figures, perf_counter() - task.began), record)
 
 
 def _stay(progress: Progress, done: float, share: float, text: str) -> None:
@@ -306,27 +260,3 @@ def _located(loaded: Loaded, test: Callable[[], Outcome]) -> Outcome:
         return test()
     except SpecificationError as error:
         raise loaded.locate(error) from error
-
-
-def _publish(run: RunReader, name: str, progress: Progress, *, draw: Draw | None) -> None:
-    """Write the views of a record that has rows: logs, plot, pictures."""
-    if not len(run.trace):
-        return
-    folder = run.path.parent
-    drawn = None if draw is None else draw(run, file_stem(name))
-    progress(TESTED, "writing the log")
-    export_logs(run, folder)
-    images_of(run, folder, name, progress)
-    if drawn is not None:
-        progress(TESTED, "drawing the curves and the knit")
-        drawn()
-    progress(1.0, "done")
-
-
-def images_of(run: RunReader, folder: Path, name: str, progress: Callable[[float, str], None]) -> tuple[Path, ...]:
-    """Render the microscope images that the protocol took, if any, into the run's folder."""
-    if not any(frame.image is not None for frame in run.frames()):
-        return ()
-    from app.views.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415 (its kernels only when they are needed)
-
-    return write_images(run, folder / IMAGES, file_stem(name), usual_look(run), progress)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.records.results import Figure
-    from app.runs.runner import Progress
+    from app.runs.publishing import Progress
     from app.schemas import Loaded
     from app.schemas.document import Place
     from app.schemas.sweep import Point, Scalar

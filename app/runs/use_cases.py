@@ -15,7 +15,8 @@ from app.records.layout import reaches
 from app.records.lock import locked
 from app.records.reader import RunReader
 from app.runs.compile_ahead import compiling_beside
-from app.runs.runner import RunResult, make_task, mount_specimen, quiet, reopen, resume, run_from_start
+from app.runs.publishing import RunResult
+from app.runs.runner import make_task, mount_specimen, quiet, reopen, resume, run_from_start
 from app.runs.stopped import kept_in
 from app.schemas import load, loads
 from app.views.drawing import draw_here
@@ -23,10 +24,11 @@ from knitlab_core.errors import FormatError, SpecificationError
 from knitlab_core.jit import CACHE_FOLDER, cache_is_cold
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from app.records.checkpoint import Saved
-    from app.runs.runner import Progress, Watch
+    from app.runs.publishing import Progress
+    from app.runs.runner import Watch
     from app.schemas import Loaded, Source
     from app.schemas.document import Data
     from app.views.drawing import Draw
@@ -106,6 +108,7 @@ def resume_run(
     *,
     draw: Draw | None = draw_here,
     began: float | None = None,
+    found: Callable[[RunReader], None] = lambda _: None,
 ) -> RunResult:
     """Resume a run that was killed or interrupted from its last checkpoint, with the same rows as an unbroken run.
 
@@ -124,6 +127,8 @@ def resume_run(
         Begins to draw the plot and the knit; None for no pictures.
     began : float, optional
         When it began, on the clock of `perf_counter` [s]; by itself now.
+    found : callable, optional
+        Told the record of the sessions before, if it can be read, before anything is changed.
 
     Returns
     -------
@@ -143,6 +148,8 @@ def resume_run(
         remove_unfinished(folder)
         saved = read_checkpoint(folder / CHECKPOINT) if (folder / CHECKPOINT).exists() else None
         record = _readable(folder / RECORD, saved)
+        if record is not None:
+            found(record)
         if record is not None and record.outcome.end != "abort":
             return reopen(record, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)

@@ -14,6 +14,7 @@ import threading
 import time
 import traceback
 from contextlib import suppress
+from functools import partial
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from types import FrameType
 
+    from app.records.reader import RunReader
     from app.runs.use_cases import RunResult
     from rigs.analysis.material_limits import MaterialLimit
     from rigs.axes import Axis
@@ -123,38 +125,36 @@ def _test(files: JobFolder, watch: _Watch) -> RunResult:
     watch.limits = limits_of(loaded.protocol.specimen)
     draw = draw_here if spec.pictures else None
     if any((files.run / name).exists() for name in (RECORD, CHECKPOINT)):
+        earlier = partial(_report_earlier, files, watch, going_on=(files.run / CHECKPOINT).exists())
         try:
-            over = _report_earlier(files, watch, going_on=(files.run / CHECKPOINT).exists())
-            ended = resume_run(files.run, watch.progress, watch.row, draw=draw)
+            ended = resume_run(files.run, watch.progress, watch.row, draw=draw, found=earlier)
         except (FormatError, FileNotFoundError) as error:
             # Versions differ after an upgrade: the test is run again from its start.
             _log(f"begins again: {error}")
         else:
-            if not over:
+            if not watch.over:
                 _log(f"the test ended: {ended.outcome}")
             return ended
-    shutil.rmtree(files.run, ignore_errors=True)
+    with suppress(FileNotFoundError):
+        shutil.rmtree(files.run)  # where it cannot be removed now, the job is given back
     watch.begin_again()
     ended = run_protocol(loaded, files.run, watch.progress, watch.row, exact=True, draw=draw)
     _log(f"the test ended: {ended.outcome}")
     return ended
 
 
-def _report_earlier(files: JobFolder, watch: _Watch, *, going_on: bool) -> bool:
-    """Report how far earlier attempts came; return whether the test has ended."""
-    from app.records.reader import RunReader  # noqa: PLC0415
+def _report_earlier(files: JobFolder, watch: _Watch, record: RunReader, *, going_on: bool) -> None:
+    """Report how far earlier attempts came, from their record."""
     from rigs.analysis.clasps import count_clasps  # noqa: PLC0415
 
-    record = RunReader(files.run / RECORD)
     restore(files.rows_file, record)
     watch.crossings = {one.limit.name: one.data() for one in record.crossings}
     watch.clasps = count_clasps(record.trace, record.size)
-    over = record.outcome.end != "abort"
-    if over:
+    watch.over = record.outcome.end != "abort"
+    if watch.over:
         _log("its test has ended; the files are left to make")
     elif going_on:
         _log("goes on from its checkpoint")
-    return over
 
 
 def _end(files: JobFolder, result: Result) -> None:
@@ -185,6 +185,7 @@ class _Watch:
 
         self.crossings: dict[str, dict[str, Any]] = {}
         self.clasps = ClaspCount()
+        self.over = False
 
     def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
         """Record the signal; the solver is left at the next report."""

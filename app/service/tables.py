@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
@@ -84,10 +85,23 @@ def open_engine(settings: Settings) -> sa.Engine:
         connection.execute("PRAGMA busy_timeout=30000")
         connection.execute("PRAGMA foreign_keys=ON")
 
+    sa.event.listen(engine, "handle_error", _unreadable, retval=True)
     with engine.connect() as connection:
         # Kept in the file: readers and a writer no longer wait for each other.
         connection.execute(sa.text("PRAGMA journal_mode=WAL"))
     return engine
+
+
+def _unreadable(context: sa.engine.ExceptionContext) -> BaseException | None:
+    """Return an error of `AWAY` where SQLite takes its file for damaged: reads that fail look to it like that.
+
+    Its connection is left, for it may hold what it read then; the file may be whole.
+    """
+    original = context.original_exception
+    if type(original) is not sqlite3.DatabaseError:
+        return None
+    context.is_disconnect = True
+    return sa.exc.OperationalError(context.statement, None, original, connection_invalidated=True)
 
 
 def make_tables(engine: sa.Engine) -> None:

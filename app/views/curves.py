@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from rigs.instruments.channels import Zeroing
     from rigs.protocol.protocol import Protocol
     from rigs.protocol.targets import Channel
-    from rigs.record import Phase, SpecimenSize, Trace
+    from rigs.record import Phase, SpecimenSize
+    from rigs.trace import Trace
 
 #: What an axis does in a part of its curve; `held` and `free` while another axis is driven.
 Role: TypeAlias = Literal["loading", "unloading", "hold", "held", "free"]

@@ -18,7 +18,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitlab_core.equilibrium.march import Failure, advance
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import Failure
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.equilibrium.snap_through import THICK, come_to_rest, longest_way

@@ -16,7 +16,8 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.friction import Memory
-from knitlab_core.equilibrium.march import Failure, advance, settle_after_break
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import Failure, settle_after_break
 from knitlab_core.equilibrium.model import Model, State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.snap_through import kept

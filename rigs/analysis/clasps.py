@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rigs.axes import Axis
-    from rigs.record import Equilibrium, SpecimenSize, Trace
+    from rigs.record import Equilibrium, SpecimenSize
+    from rigs.trace import Trace
 
 COLUMN: Final = "clasps_"
 """How the columns of a trace begin that count the clasps that hold; what is joined follows, ``rows`` or ``layers``."""

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis
     from rigs.protocol.specimen import SpecimenSpec
-    from rigs.record import Equilibrium, SpecimenSize, Trace
+    from rigs.record import Equilibrium, SpecimenSize
+    from rigs.trace import Trace
 
 LimitName: TypeAlias = Literal["strength", "elongation at break"]
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigs.protocol.protocol import LogSpec, Protocol
     from rigs.protocol.strokes import Stroke
     from rigs.protocol.unrolled import UnrolledStep
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 SPAN: Final = 1.0
 """Near an event is within this many samples of the log's own rate."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
 from knitlab_core.equilibrium.snap_through import jumps_between
 from knitlab_core.equilibrium.step_control import Pace

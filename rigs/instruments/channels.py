@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from rigs.axes import FloatArray
     from rigs.instruments.ticks import Ticks
     from rigs.protocol.targets import Channel as Kind
-    from rigs.record import Equilibrium, Trace
+    from rigs.record import Equilibrium
+    from rigs.trace import Trace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,13 +20,14 @@ from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Ramp, Target, Zero
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Outcome, trace_of
+from rigs.record import Equilibrium, Outcome
+from rigs.trace import trace_of
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray
     from rigs.protocol.protocol import Protocol
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -17,13 +17,14 @@ from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, Hold, Image, Ramp, Target, UntilRupture, Zero
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Outcome, trace_of
+from rigs.record import Equilibrium, Outcome
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from rigs.axes import FloatArray
     from rigs.machines.machine import MachineData
     from rigs.protocol.protocol import Protocol, Repeat, Step
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PRE = ("00", "10", "20")

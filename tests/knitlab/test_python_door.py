@@ -88,7 +88,7 @@ def test_the_examples_of_door_and_page_run(tmp_path: Path, monkeypatch: pytest.M
         files[:] = list(dict.fromkeys(calls[calls.index("app/runs/use_cases.py") :]))
         return equilibrate(work, *rest, **named)
 
-    monkeypatch.setattr("knitlab_core.equilibrium.march.equilibrate", search)
+    monkeypatch.setattr("knitlab_core.equilibrium.advance.equilibrate", search)
     names = names_of_the_example()
     (tmp_path / "first.yaml").write_text(knitlab.to_yaml(names["test"]), encoding="utf-8")
     names["Path"] = Path

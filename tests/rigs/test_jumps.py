@@ -14,12 +14,13 @@ from rigs.instruments.channels import measure, measured_parts
 from rigs.instruments.samples import merged
 from rigs.jumps import joined, jump_times, jumped, parted
 from rigs.logs.catalogue import LOGS
-from rigs.record import trace_of
+from rigs.trace import trace_of
 from tests.logged_forces import logged_forces
 from tests.synthetic_run import SIZE, row, stage_instrument
 
 if TYPE_CHECKING:
-    from rigs.record import Equilibrium, Trace
+    from rigs.record import Equilibrium
+    from rigs.trace import Trace
 
 PEAK, DROP, AT = 2.0, 0.5, 1.234
 """Force before and after the jump [N], and its time [s]."""

@@ -3,7 +3,8 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from rigs.record import PHASES, trace_of, units
+from rigs.record import PHASES, units
+from rigs.trace import trace_of
 from tests.synthetic_run import BOTH, row, rows
 
 

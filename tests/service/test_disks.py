@@ -234,6 +234,28 @@ def test_a_store_that_cannot_write_says_when_to_come_again(
             assert ("retry-after" in answer.headers) == (status == 503)
 
 
+@pytest.mark.parametrize("first", [0, 4096])
+def test_a_store_whose_file_cannot_be_read_for_a_while_says_when_to_come_again(
+    first: int, tmp_path: Path, protocol: str
+) -> None:
+    # What SQLite makes of reads that fail: "file is not a database", "database disk image is malformed".
+    given = settings(tmp_path, {})
+    Store(given).close()
+    file = tmp_path / "knitlab.sqlite"
+    whole = file.read_bytes()
+    with Store(given) as store, served(create_app(Context(store=store)), quiet=True) as at:
+        for data in (whole[:first] + b"\xa5" * (len(whole) - first), whole):
+            store.engine.dispose()
+            for other in tmp_path.glob("knitlab.sqlite-*"):
+                other.unlink()
+            file.write_bytes(data)
+            answer = httpx.post(f"{at}/v1/jobs", content=protocol, headers=YAML, timeout=30.0)
+            if data == whole:
+                assert answer.status_code == 202, answer.text
+            else:
+                problem(answer, 503, "away")
+
+
 def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = "Can't write data (file write failed: errno = 28, error message = 'No space left on device')"
     faults = [RuntimeError(words), PermissionError(13, "Permission denied"), OSError(116, os.strerror(116))]

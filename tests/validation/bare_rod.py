@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitlab_core.equilibrium.march import advance
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.contact_scenes import EDGE, straight, unit_model
 

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipk
 
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.dry_relaxation import STEPS, knit_in
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import SAMPLE_SPACING
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace

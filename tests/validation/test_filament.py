@@ -16,7 +16,8 @@ from rigs.control.experiment import perform
 from rigs.instruments.channels import Zeroing, measure
 from rigs.machines.rig import mount
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, trace_of
+from rigs.record import Equilibrium
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import clasp_numbers

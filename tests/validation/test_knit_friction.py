@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.contact.friction import Memory
-from knitlab_core.equilibrium.march import advance
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.validation.knit import Knit, loop_area, make_knit, pull
 

@@ -20,7 +20,8 @@ from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Trace, trace_of
+from rigs.record import Equilibrium
+from rigs.trace import Trace, trace_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

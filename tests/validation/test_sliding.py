@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.march import advance
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.contact_scenes import EDGE, EFFECTIVE_MODULUS, hertz, straight, touch, unit_model
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.march import advance
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.contact_scenes import straight, unit_model
 

@@ -23,7 +23,8 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from knitlab_core.contact.law import make_law, pair_potential
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.section import Section

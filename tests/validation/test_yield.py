@@ -21,7 +21,8 @@ from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Outcome, Trace, trace_of
+from rigs.record import Equilibrium, Outcome
+from rigs.trace import Trace, trace_of
 from tests.validation.bare_rod import EI
 from tests.validation.viscous_rod import step
 from tests.validation.yielding_rod import arc, law_of, plastic_moment, resin, yielding_rod

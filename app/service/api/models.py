@@ -165,7 +165,9 @@ class PlanView(Answer):
     rows: int
     largest_strain: float | None
     budget: BudgetView | None
-    fibre_strain: float | None = Field(description="largest strain of a fibre's surface, a rough estimate")
+    fibre_strain: float | None = Field(
+        description="largest strain of a fibre's surface, an estimate within a factor of 2"
+    )
     warnings: list[str]
     defaults: dict[str, str] = Field(description="what holds though the protocol does not say it, by its place")
 

@@ -20,7 +20,8 @@ from knitlab_core.errors import FormatError, SpecificationError
 from rigs.instruments.channels import Instrument, measure
 from rigs.machines.machine import instrument_of
 from rigs.protocol.catalogue import MachineName
-from rigs.record import Outcome, trace_of, units
+from rigs.record import Outcome, units
+from rigs.trace import trace_of
 from tests.synthetic_run import BOTH, PROTOCOL, SIZE, knit_nodes, make_run, row, rows, stage_instrument
 
 ROOT = Path(__file__).parents[3]

@@ -10,7 +10,8 @@ from app.runs.provenance import provenance
 from app.schemas.machine_data import machines_of
 from rigs.instruments.channels import Zeroing
 from rigs.protocol.protocol import Cycle, Protocol, SpecimenSpec
-from rigs.record import Equilibrium, Phase, SpecimenSize, trace_of
+from rigs.record import Equilibrium, Phase, SpecimenSize
+from rigs.trace import trace_of
 
 SIZE = SpecimenSize(extents={"C": 0.04, "W": 0.05, "P": 1e-3}, fibre_radius=4e-4)
 

@@ -13,8 +13,8 @@ import pytest
 from app.runs import compile_ahead
 from app.runs.compile_ahead import compiling_beside
 from knitlab_core.equilibrium import pattern
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.first_calls import call_search
-from knitlab_core.equilibrium.march import advance
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods import stiffness
 from knitlab_core.sparse import cholesky, minimum_degree, ordering, sums, supernodes

@@ -180,7 +180,7 @@ def small(folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> Path:
 
     monkeypatch.setattr("app.records.checkpoint.EVERY", 0.0)
     monkeypatch.setattr("app.records.checkpoint.SHARE", float("inf"))
-    monkeypatch.setattr("app.runs.runner._publish", lambda *_, **__: None)
+    monkeypatch.setattr("app.runs.runner.publish", lambda *_, **__: None)
     with monkeypatch.context() as patch:
         patch.setattr(Keeper, "keep", interrupted)
         result = run_protocol(protocol, folder / "run", silent)
@@ -265,7 +265,7 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
         if len(published) == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("app.runs.runner._publish", publish)
+    monkeypatch.setattr("app.runs.runner.publish", publish)
     with pytest.raises(KeyboardInterrupt):
         resume_run(run, silent)
     assert RunReader(run / "run.h5").outcome == Outcome(end="target")
@@ -276,7 +276,7 @@ def test_a_run_killed_while_it_was_published_is_published(tmp_path: Path, monkey
 
 
 def test_a_run_in_an_exact_folder_spares_what_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.runs.runner._publish", lambda *_, **__: None)
+    monkeypatch.setattr("app.runs.runner.publish", lambda *_, **__: None)
     protocol, folder = tmp_path / "p.yaml", tmp_path / "job" / "run"
     protocol.write_text(ELASTIC[: ELASTIC.index("  - preload")], encoding="utf-8")
     folder.mkdir(parents=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from app.runs.runner import RunResult
+from app.runs.publishing import RunResult
 from app.service import job_process
 from app.service.folder import JobFolder, Result
 

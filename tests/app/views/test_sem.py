@@ -11,7 +11,7 @@ from app.cli.sem import images
 from app.records.layout import make_record
 from app.records.reader import RunReader
 from app.records.writer import RunWriter
-from app.runs.runner import images_of
+from app.runs.publishing import images_of
 from app.views.sem.bar import scale_of, with_bar
 from app.views.sem.blocks import Block, fixtures
 from app.views.sem.detector import emission, image

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium import march as march_module
-from knitlab_core.equilibrium.march import Failure, advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import Failure, march
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.equilibrium.step_control import FINEST, SMALLEST

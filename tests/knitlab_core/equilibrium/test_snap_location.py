@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium import march as marching
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.newton import Report
 from knitlab_core.equilibrium.snap_location import SUDDEN, snaps
-from knitlab_core.equilibrium.step_control import LOCATED, Pace
+from knitlab_core.equilibrium.step_control import LOCATED, Pace, StepControl
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.knitlab_core.equilibrium.test_snap_through import MIDDLE, RISE, arch, height
 
@@ -54,6 +55,13 @@ def follow(work: Workspace, state: State, pace: Pace | None = None, **more: Any)
     return [((at, one), replace(pace)) for at, one, _ in found]
 
 
+def follow_without_location(**more: Any) -> list[tuple[Row, Pace]]:  # noqa: ANN401
+    """Spread the feet in steps none of which is gone again for the snap that it passed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(StepControl, "is_long", lambda *_: False)
+        return follow(*pressed(), **more)
+
+
 def snap_of(rows: list[tuple[Row, Pace]]) -> tuple[Row, Row]:
     """Return the rows before and after the arch went through."""
     heights = [height(state) for (_, state), _ in rows]
@@ -74,12 +82,12 @@ def test_a_snap_is_between_rows_as_close_as_it_is_located(located: list[tuple[Ro
     assert {LONGEST, 2.0 * LONGEST, 3.0 * LONGEST, 1.0} <= {at for (at, _), _ in located}
     # Even short steps, without location, find it at the same place.
     short = LONGEST / 16.0
-    (known, _), (by, _) = snap_of(follow(*pressed(), longest=short, locate_snaps=False))
+    (known, _), (by, _) = snap_of(follow_without_location(longest=short))
     assert known <= at <= to <= by + short
 
 
 def test_without_location_it_lies_somewhere_in_a_long_step() -> None:
-    (at, _), (to, _) = snap_of(follow(*pressed(), locate_snaps=False))
+    (at, _), (to, _) = snap_of(follow_without_location())
     assert to - at > 4.0 * LOCATED * LONGEST
 
 
@@ -108,8 +116,7 @@ def test_a_march_resumed_at_any_row_that_allows_it_has_the_same_rows() -> None:
 
 
 def test_where_no_short_step_passes_a_snap_the_long_one_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    (_, _), (beyond, known) = snap_of(follow(*pressed(), locate_snaps=False))
-    advance = marching.advance
+    (_, _), (beyond, known) = snap_of(follow_without_location())
 
     def unguided(*arguments: Any, ahead: FloatArray | None = None, **more: Any) -> tuple[State | None, Report]:  # noqa: ANN401
         # Only what was found beyond the snap is below the feet.

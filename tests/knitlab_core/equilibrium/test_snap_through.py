@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.newton import Options, Report
 from knitlab_core.equilibrium.snap_through import EASY, SOLID, THICK, THICKER, come_to_rest, kept

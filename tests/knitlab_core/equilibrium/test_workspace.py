@@ -3,7 +3,8 @@ import pytest
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.contact.neighbours import find_candidates
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.advance import advance
+from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.workspace import Workspace

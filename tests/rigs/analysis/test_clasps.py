@@ -16,7 +16,7 @@ from app.service.api.progress import ProgressView
 from app.service.folder import JobFolder
 from app.service.job_process import _Watch
 from rigs.analysis.clasps import ClaspCount, count_clasps
-from rigs.record import trace_of
+from rigs.trace import trace_of
 from tests.synthetic_run import BOTH, SIZE, rows
 
 if TYPE_CHECKING:

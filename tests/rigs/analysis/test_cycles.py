@@ -18,7 +18,7 @@ from rigs.analysis.cycles import (
     stress_at,
     stress_strain,
 )
-from rigs.record import trace_of
+from rigs.trace import trace_of
 from tests.synthetic_run import SIZE, rows
 
 if TYPE_CHECKING:

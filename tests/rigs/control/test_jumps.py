@@ -17,11 +17,12 @@ from rigs.jumps import jumped
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Ramp, StrainRate, Target
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Outcome, trace_of
+from rigs.record import Equilibrium, Outcome
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from rigs.instruments.channels import Instrument
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 FUSED = Path(__file__).parents[3] / "examples" / "fused_small.yaml"
 

@@ -19,7 +19,8 @@ from rigs.instruments.channels import measure, measured_parts
 from rigs.instruments.samples import thinned
 from rigs.instruments.ticks import Stretch, ticks
 from rigs.protocol.protocol import Cycle, Hold, LogSpec, Protocol, Ramp, SpecimenSpec, StepLog, Target, Zero
-from rigs.record import Outcome, trace_of
+from rigs.record import Outcome
+from rigs.trace import trace_of
 from tests.app.records.test_records import writer
 from tests.synthetic_run import row, rows, stage_instrument
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis, FloatArray
     from rigs.protocol.step import Step
-    from rigs.record import Trace
+    from rigs.trace import Trace
 
 SPECIMEN = SpecimenSpec(knit="stockinette-default", rows=2, loops=2, loop_width=8e-3, material="RGD8530-DM")
 CYCLES = Cycle(axes=("C", "W"), lower=0.0, upper=0.4, rate=2e-4, n=7)

@@ -15,7 +15,7 @@ from rigs.instruments.channels import Channel, Instrument, Zeroing, measure
 from rigs.instruments.signals import Lag, drift, stamps, true_times
 from rigs.machines.machine import instrument_of, instruments_of
 from rigs.protocol.protocol import LogSpec
-from rigs.record import Trace
+from rigs.trace import Trace
 
 if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray

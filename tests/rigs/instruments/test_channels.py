@@ -12,7 +12,7 @@ from knitlab_core.errors import SpecificationError
 from rigs.instruments.channels import Channel, Instrument, Zeroing, measure, overloaded
 from rigs.instruments.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
 from rigs.instruments.ticks import Stretch, ticks
-from rigs.record import Trace, trace_of
+from rigs.trace import Trace, trace_of
 from tests.synthetic_run import row, rows, stage_instrument
 
 if TYPE_CHECKING:

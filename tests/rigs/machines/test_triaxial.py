@@ -22,7 +22,8 @@ from rigs.machines.rig import mount, pose, read
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
 from rigs.protocol.specimen import make_specimen
-from rigs.record import Equilibrium, Outcome, trace_of
+from rigs.record import Equilibrium, Outcome
+from rigs.trace import trace_of
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from app.schemas.machine_data import read_machine
+from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.hook_friction import pole_forces
-from knitlab_core.equilibrium.march import advance, march
+from knitlab_core.equilibrium.march import march
 from knitlab_core.errors import SpecificationError
 from rigs.axes import COORDINATE
 from rigs.machines.rig import pose, read

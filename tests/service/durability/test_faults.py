@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -94,11 +94,20 @@ def tested(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return files.path
 
 
-def test_a_test_that_is_over_is_left_alone(tested: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_test_that_is_over_is_left_alone(
+    tested: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     files = JobFolder(shutil.copytree(tested, tmp_path / "job"))
     before = (files.run / "run.h5").read_bytes()
-    watch = job_process._Watch(files)
+    watch, opened, make = job_process._Watch(files), [], RunReader.__init__
+
+    def opening(self: RunReader, path: Path, **more: Any) -> None:  # noqa: ANN401
+        opened.append(path)
+        make(self, path, **more)
+
+    monkeypatch.setattr(RunReader, "__init__", opening)
     assert job_process._test(files, watch).outcome == "target"
+    assert opened == [files.run / "run.h5"]
     assert (files.run / "run.h5").read_bytes() == before
     said = capsys.readouterr().err
     assert "its test has ended" in said
