@@ -10,14 +10,15 @@ from app.records.layout import make_record
 from app.records.reader import RunReader
 from app.records.writer import RunWriter
 from app.schemas.machine_data import read_machine
-from rigs.instruments.channels import Instrument, Zeroing, measure
+from rigs.instruments.channels import Instrument, measure
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.machine import instrument_of
 from rigs.record import Equilibrium, Frame, Outcome, Phase, SpecimenSize
 from rigs.step_record import StepRecord
 from rigs.trace import trace_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from rigs.analysis.material_limits import MaterialLimit
@@ -142,8 +143,12 @@ def make_run(
     sampled: bool = True,
     protocol: str = PROTOCOL,
     limits: Sequence[MaterialLimit] = (),
+    gauges: Mapping[Axis, float] | None = None,
 ) -> RunReader:
-    """Write the made-up test, or other rows, to a file and open it; all channels were zeroed at a time [s]."""
+    """Write the made-up test, or other rows, to a file and open it.
+
+    All channels were zeroed at a time [s], with other gauge lengths than the printed ones where they are given [m].
+    """
     made = rows() if made is None else made
     instrument = stage_instrument()
     with RunWriter(
@@ -171,8 +176,16 @@ def make_run(
         for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
             writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
         writer.add_step(StepRecord(number=0, place="steps[0].zero", tag=None, start=zeroed, time=zeroed, end="target"))
+        zero = Zeroing(
+            time=zeroed,
+            kinds=frozenset({"force", "displacement"}),
+            place="steps[0].zero",
+            travel=dict.fromkeys(BOTH, 0.0),
+            force=dict.fromkeys(BOTH, 0.0),
+            gauges={axis: SIZE.extents[axis] for axis in BOTH} if gauges is None else gauges,
+        )
+        writer.add_zero(zero)
         if sampled:
-            zero = Zeroing(time=zeroed, kinds=frozenset({"force", "displacement"}))
             writer.write_samples(measure(instrument, trace_of(made), seed=7, zeroings=[zero]))
             writer.finish(Outcome(end="target"))
     return RunReader(path)

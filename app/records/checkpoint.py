@@ -24,7 +24,7 @@ from knitlab_core.errors import FormatError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
 from rigs.control.resume_point import PathPosition, ResumePoint
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.protocol.strokes import History, Readings
 from rigs.record import Equilibrium
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CHECKPOINT: Final = "checkpoint.h5"
 
 #: Rises whenever a checkpoint of before could not be gone on from.
-LAYOUT: Final = 4
+LAYOUT: Final = 5
 
 EVERY: Final = 2.0
 """Time between two checkpoints, at least [s]."""
@@ -133,7 +133,7 @@ class Keeper:
 def save(path: Path, saved: Saved) -> None:
     """Write a checkpoint atomically."""
     cursor = asdict(saved.checkpoint.cursor)
-    zeroings = [{"time": one.time, "kinds": sorted(one.kinds)} for one in saved.zeroings]
+    zeroings = [asdict(one) | {"kinds": sorted(one.kinds)} for one in saved.zeroings]
     plain = {
         "origin": asdict(saved.origin),
         "cursor": cursor,
@@ -174,7 +174,7 @@ def read_checkpoint(path: Path) -> Saved:
                 severed=tuple(int(edge) for edge in file["severed"][()]),
             ),
             lengths=plain["lengths"],
-            zeroings=tuple(Zeroing(time=one["time"], kinds=frozenset(one["kinds"])) for one in plain["zeroings"]),
+            zeroings=tuple(Zeroing(**one | {"kinds": frozenset(one["kinds"])}) for one in plain["zeroings"]),
             seconds=plain["seconds"],
         )
 

@@ -9,6 +9,7 @@ from app.extensions import load_extensions
 from app.file_names import file_stem
 from app.records.folder import write_whole
 from app.records.reader import read_run
+from app.records.results import zeroings_of
 from app.records.sampled import samples_of
 from knitlab_core.errors import SpecificationError
 from rigs.logs.catalogue import LOGS, defaults
@@ -164,4 +165,6 @@ def logged(run: RunReader) -> Logged:
     require_label("run.name", sample)
     for tag in run.tags:
         require_label("run.tags", tag)
-    return Logged(sample=sample, size=run.size, samples=run.logs, facts=run.provenance)
+    return Logged(
+        sample=sample, size=run.size, samples=run.logs, facts=run.provenance, zeroings=tuple(zeroings_of(run))
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import h5py
 import numpy as np
@@ -15,6 +15,7 @@ from app.records.staged_file import new_hdf5
 from app.records.vtkhdf import make_frames
 from rigs.analysis.clasps import COLUMN
 from rigs.protocol.bounds import LONGEST_LABEL
+from rigs.protocol.targets import Channel
 from rigs.record import ENDS, PHASES, units
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ LAYOUT = 4
 RUNNING = "running"
 #: Row at which a limit of the material was passed that was not.
 NOT_PASSED = -1
+#: Place of the first row of the zeros, and the kinds of channels that a zero may set.
+AS_PRINTED = "as printed"
+KINDS: tuple[Channel, ...] = get_args(Channel)
 #: Load plates, in their order along the pile.
 PLATES = ("lower", "upper")
 TEXT = h5py.string_dtype("utf-8", length=64)
@@ -118,6 +122,7 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
             file.create_dataset(f"plates/{name}", data=nodes)
         make_frames(file, axes, strands, wires)
         _make_steps(file)
+        _make_zeros(file, axes, size)
         _make_limits(file, limits, axes)
         file.create_group("channels")
         for instrument in instruments:
@@ -196,6 +201,23 @@ def _make_steps(file: h5py.File) -> None:
     ):
         _column(steps, name, dtype, unit)
     steps["end"].attrs["meaning"] = ", ".join(ENDS)
+
+
+def _make_zeros(file: h5py.File, axes: Sequence[Axis], size: SpecimenSize) -> None:
+    """Create the table of zeros; its first row is that of the specimen as printed, at which nothing was zeroed."""
+    zeros = file.create_group("zeros")
+    values: dict[str, tuple[object, object, str | None]] = {
+        "place": (PLACE, AS_PRINTED, None),
+        "time": ("f8", 0.0, "s"),
+        **{f"zeroed_{kind}": ("i1", 0, None) for kind in KINDS},
+        **{f"travel_{axis}": ("f8", 0.0, "m") for axis in axes},
+        **{f"force_{axis}": ("f8", 0.0, "N") for axis in axes},
+        **{f"gauge_length_{axis}": ("f8", size.extents[axis], "m") for axis in axes},
+    }
+    for name, (dtype, value, unit) in values.items():
+        _column(zeros, name, dtype, unit)
+        zeros[name].resize(1, axis=0)
+        zeros[name][0] = value
 
 
 def _make_limits(file: h5py.File, limits: Sequence[MaterialLimit], axes: Sequence[Axis]) -> None:

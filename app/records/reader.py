@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, cast
 import numpy as np
 
 from app.records.h5_read import reading
-from app.records.layout import LAYOUT, NOT_PASSED, PLATES, RUNNING, UNFINISHED
+from app.records.layout import KINDS, LAYOUT, NOT_PASSED, PLATES, RUNNING, UNFINISHED
 from app.records.row_checksum import CHECKSUM, good_rows
 from app.records.stored_log import read_logs
 from app.records.vtkhdf import read_frames
@@ -24,13 +24,14 @@ from rigs.analysis.cycles import effective_strain
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.axes import AXES
 from rigs.instruments.samples import thinned
+from rigs.instruments.zeros import Zeroing
 from rigs.jumps import jump_times
 from rigs.record import ENDS, PHASES, Outcome, SpecimenSize
 from rigs.step_record import StepRecord
 from rigs.trace import Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import h5py
 
@@ -83,6 +84,8 @@ class RunReader:
         What the instruments logged, by their names, to be read part by part; empty if the run was cut off before.
     samples : dict of str to Samples
         The same for show: of a log of more than `MOST_SHOWN` samples those that its curve needs.
+    zeroings : tuple of Zeroing or None
+        The zeros of the test, in the order of time; None in records that have no table of them.
     steps : tuple of StepRecord
         The steps that were begun, and how each ended; ``abort``, at the last row, for one that did not.
     going_on : bool
@@ -120,6 +123,7 @@ class RunReader:
             self.going_on = file["outcome"].attrs["end"].decode() == RUNNING
             self.trace = self._read_trace(file["equilibria"]) if trace is None else trace
             self.steps = _as_far(self._read_steps(file["steps"]), self.trace)
+            self.zeroings = _read_zeros(file, self.trace.axes)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
             self.crossings = _read_crossings(file, self.trace)
             self.losses = tuple(count_clasps(self.trace, self.size).losses)
@@ -224,6 +228,24 @@ def _read_plates(file: h5py.File) -> tuple[IntArray, IntArray] | None:
         return None
     lower, upper = (file[f"plates/{name}"][()] for name in PLATES)
     return lower, upper
+
+
+def _read_zeros(file: h5py.File, axes: Sequence[Axis]) -> tuple[Zeroing, ...] | None:
+    """Return the zeros of a test without that of the specimen as printed; None where there is no table of them."""
+    if "zeros" not in file:
+        return None
+    raw = {name: column[()] for name, column in file["zeros"].items()}
+    return tuple(
+        Zeroing(
+            time=float(raw["time"][row]),
+            kinds=frozenset(kind for kind in KINDS if raw[f"zeroed_{kind}"][row]),
+            place=raw["place"][row].decode(),
+            travel={axis: float(raw[f"travel_{axis}"][row]) for axis in axes},
+            force={axis: float(raw[f"force_{axis}"][row]) for axis in axes},
+            gauges={axis: float(raw[f"gauge_length_{axis}"][row]) for axis in axes},
+        )
+        for row in range(1, _rows(raw))
+    )
 
 
 def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:

@@ -11,8 +11,7 @@ from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures, stress_strain
 from rigs.analysis.material_limits import crossings, limits_of
-from rigs.instruments.channels import Zeroing
-from rigs.instruments.signals import zero_offset
+from rigs.instruments.zeros import Zeroing, gauge_lengths_taken, size_in_time, zeroed
 from rigs.jumps import parted
 from rigs.protocol.unrolled import unrolled
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from rigs.analysis.cycles import CycleFigures
     from rigs.analysis.material_limits import LimitCrossing
-    from rigs.axes import Axis, FloatArray
+    from rigs.axes import Axis
     from rigs.protocol.protocol import Protocol
     from rigs.record import SpecimenSize
     from rigs.trace import Trace
@@ -56,7 +55,7 @@ def run_figures(
     size : SpecimenSize
         Turns travel and force into strain and stress.
     zeroings : sequence of Zeroing
-        When channels were set to zero; strain and stress count from there.
+        When channels were set to zero; strain and stress count from there, by the gauge lengths of each.
     wall_seconds : float
         Time from the start of the run to the end of its test [s].
     protocol : Protocol, optional
@@ -73,6 +72,7 @@ def run_figures(
         return ()
     limits = limits_of(protocol.specimen) if protocol is not None else ()
     found = [
+        *_zeros(size, zeroings),
         *_mechanics(parted(trace), size, zeroings, protocol),
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
@@ -100,12 +100,6 @@ def with_wall_time(figures: Sequence[Figure], seconds: float) -> tuple[Figure, .
     return tuple((name, seconds if name == WALL_TIME else value, unit) for name, value, unit in figures)
 
 
-def zeroed(trace: Trace, kind: str, axis: Axis, zeroings: Sequence[Zeroing]) -> FloatArray:
-    """Return displacements [m] or forces [N] of an axis, (n,), counted from the last zeroing before each row."""
-    values, time = trace.columns[f"{kind}_{axis}"], trace.columns["time"]
-    return values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
-
-
 def energy_balance_error(trace: Trace) -> float:
     """Return the difference of external work and stored and dissipated energy over the largest work [1]."""
     columns = trace.columns
@@ -118,7 +112,10 @@ def energy_balance_error(trace: Trace) -> float:
 
 
 def zeroings_of(run: RunReader) -> list[Zeroing]:
-    """Return when channels were zeroed in a run."""
+    """Return when channels were zeroed in a run, and the gauge lengths from then on."""
+    if run.zeroings is not None:
+        return list(run.zeroings)
+    # Records from before 2026-12 lack the table of zeros; all their gauge lengths are as printed.
     begun = {step.number: step.time for step in run.steps}
     return [
         Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.tares))
@@ -139,13 +136,27 @@ def figures_of(run: RunReader) -> tuple[Figure, ...]:
     )
 
 
+def _zeros(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
+    """Yield both zeros of strain, as printed and where a gauge length was taken, if one was."""
+    taken = gauge_lengths_taken(size, zeroings)
+    for axis in taken[0].gauges if taken else ():
+        yield f"gauge length {axis}, as printed", size.extents[axis], "m"
+        for zeroing in taken:
+            where = "at the zero" if len(taken) == 1 else f"at {zeroing.place}"
+            yield f"gauge length {axis}, {where}", zeroing.gauges[axis], "m"
+            yield f"travel {axis} from as printed, {where}", zeroing.travel[axis], "m"
+            yield f"force {axis}, {where}", zeroing.force[axis], "N"
+
+
 def _mechanics(
     trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], protocol: Protocol | None
 ) -> Iterator[Figure]:
-    curves = {}
+    curves, time = {}, trace.columns["time"]
+    in_time = size_in_time(time, size, zeroings)
     for axis in trace.axes:
-        travel, force = (zeroed(trace, kind, axis, zeroings) for kind in ("displacement", "force"))
-        curves[axis] = stress_strain(travel, force, axis, size)
+        travel = zeroed(trace.columns[f"displacement_{axis}"], time, "displacement", zeroings)
+        force = zeroed(trace.columns[f"force_{axis}"], time, "force", zeroings)
+        curves[axis] = stress_strain(travel, force, axis, in_time)
     cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
     cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if leaf.step.cyclic]
     for leaf in cycling:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Self
 import h5py
 import numpy as np
 
-from app.records.layout import END, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, UNFINISHED, cut, lengths
+from app.records.layout import END, KINDS, MESSAGE, NOT_PASSED, RUNNING, TAG_BYTES, UNFINISHED, cut, lengths
 from app.records.row_checksum import CHECKSUM, checked, row_checksum
 from app.records.seal import seal, sealed_size
 from app.records.staged_file import StagedFile
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from rigs.instruments.samples import Samples
+    from rigs.instruments.zeros import Zeroing
     from rigs.record import Equilibrium, Frame, Outcome
     from rigs.step_record import StepRecord
 
@@ -152,6 +153,20 @@ class RunWriter:
             column = self._file["steps"][name]
             column.resize(max(len(column), step.number + 1), axis=0)
             column[step.number] = value
+        self._commit()
+
+    def add_zero(self, zeroing: Zeroing) -> None:
+        """Record a zero: when and where in the test, and the gauge lengths from then on."""
+        values = {
+            "place": _clipped(zeroing.place, 256),
+            "time": zeroing.time,
+            **{f"zeroed_{kind}": kind in zeroing.kinds for kind in KINDS},
+            **{f"travel_{axis}": value for axis, value in zeroing.travel.items()},
+            **{f"force_{axis}": value for axis, value in zeroing.force.items()},
+            **{f"gauge_length_{axis}": value for axis, value in zeroing.gauges.items()},
+        }
+        for name, value in values.items():
+            _append(self._file["zeros"][name], value)
         self._commit()
 
     def write_samples(self, samples: Samples) -> None:

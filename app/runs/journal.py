@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from rigs.control.checkpoint import Checkpoint
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
 from rigs.trace import trace_of
@@ -86,6 +86,7 @@ class Journal:
                     case StepRecord():
                         self.writer.add_step(event)
                     case Zeroing():
+                        self.writer.add_zero(event)
                         self.zeroings.append(event)
                     case Outcome():
                         return event

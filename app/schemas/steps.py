@@ -53,21 +53,25 @@ from rigs.protocol.steps import (
     UntilRupture,
     Zero,
 )
-from rigs.protocol.targets import Channel, Control
+from rigs.protocol.targets import Channel, Control, GaugeLength
 
 
 class ZeroModel(Model):
     """Tare channels."""
 
     channels: list[Channel] = Field(description="a list of channels, such as [force, displacement]")
+    gauge_length: GaugeLength | None = Field(
+        default=None,
+        description="here, the hook-to-hook distance at this moment, or printed; without it the gauge length stays",
+    )
 
 
 def _zero(body: ZeroModel, _: StepContext) -> Zero:
-    return Zero(channels=tuple(body.channels))
+    return Zero(channels=tuple(body.channels), gauge_length=body.gauge_length)
 
 
 def _written_zero(step: Zero) -> dict[str, Any]:
-    return {"channels": list(step.channels)}
+    return {"channels": list(step.channels), **given(gauge_length=step.gauge_length)}
 
 
 class PreloadModel(Model):

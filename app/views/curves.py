@@ -12,7 +12,7 @@ from app.records.results import zeroings_of
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.cycles import stress_strain
 from rigs.instruments.pchip import Pchip
-from rigs.instruments.signals import zero_offset
+from rigs.instruments.zeros import size_in_time, zeroed
 from rigs.jumps import parted
 from rigs.protocol.unrolled import unrolled
 
@@ -22,9 +22,8 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.axes import Axis, FloatArray
-    from rigs.instruments.channels import Zeroing
+    from rigs.instruments.zeros import Zeroing
     from rigs.protocol.protocol import Protocol
-    from rigs.protocol.targets import Channel
     from rigs.record import Phase, SpecimenSize
     from rigs.trace import Trace
 
@@ -163,7 +162,7 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
             Curve(
                 axis=axis,
                 parts=tuple(_parts(trace, found, _roles(run.test, axis))),
-                log=_log_of(run, axis),
+                log=_log_of(run, axis, zeroings),
                 marks=tuple(_mark(crossing, rows[:, crossing.row]) for crossing in run.crossings),
             )
         )
@@ -173,15 +172,10 @@ def curves_of(run: RunReader) -> tuple[Curve, ...]:
 def _values(trace: Trace, axis: Axis, size: SpecimenSize, zeroings: Sequence[Zeroing]) -> FloatArray:
     """Return time [s], strain [1], stress [Pa] and force [N] of an axis, (4, n), counted from its zeroings."""
     time = trace.columns["time"]
-    kinds: dict[Channel, FloatArray] = {
-        "displacement": trace.columns[f"crosshead_{axis}"],
-        "force": trace.columns[f"force_{axis}"],
-    }
-    travel, force = (
-        values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
-        for kind, values in kinds.items()
-    )
-    return np.stack([time, *stress_strain(travel, force, axis, size), force])
+    travel = zeroed(trace.columns[f"crosshead_{axis}"], time, "displacement", zeroings)
+    force = zeroed(trace.columns[f"force_{axis}"], time, "force", zeroings)
+    strain, stress = stress_strain(travel, force, axis, size_in_time(time, size, zeroings))
+    return np.stack([time, strain, stress, force])
 
 
 def _mark(crossing: LimitCrossing, values: FloatArray) -> Mark:
@@ -232,7 +226,7 @@ def _smooth(rows: FloatArray) -> FloatArray:
     return np.concatenate(pieces, axis=1)
 
 
-def _log_of(run: RunReader, axis: Axis) -> Log | None:
+def _log_of(run: RunReader, axis: Axis, zeroings: Sequence[Zeroing]) -> Log | None:
     """Return the logged samples of an axis; None where they equal those without flaw."""
     logged = next((log for log in run.samples.values() if f"force_{axis}" in log.reads.values()), None)
     if logged is None:
@@ -244,8 +238,9 @@ def _log_of(run: RunReader, axis: Axis) -> Log | None:
     travel, force = (logged.measured[name].copy() for name in names)
     for values, name in zip((travel, force), names, strict=True):
         values[1:][np.diff(logged.offset[name]) != 0.0] = np.nan
-    strain, stress = stress_strain(travel, force, axis, run.size)
-    return Log(time=logged.true_time, strain=strain, stress=stress, force=force)
+    time = logged.true_time
+    strain, stress = stress_strain(travel, force, axis, size_in_time(time, run.size, zeroings))
+    return Log(time=time, strain=strain, stress=stress, force=force)
 
 
 def prefixed(largest: float, *, least: float = 1.0) -> tuple[float, str]:

@@ -71,6 +71,7 @@ def _stroke_data(stroke: Stroke) -> dict[str, Any]:
         "stop_force_N": stroke.stop_force,
         "drop": stroke.drop,
         "channels": list(stroke.channels),
+        "gauge_length": stroke.gauge_length,
     }
 
 
@@ -145,6 +146,8 @@ def print_points(plans: Mapping[str, Plan]) -> None:
 def _what(stroke: Stroke) -> str:
     """Return the name of a stroke."""
     what = f"{stroke.phase} {', '.join(stroke.channels)}".strip()
+    if stroke.gauge_length is not None:
+        what += f", gauge length {stroke.gauge_length}"
     if stroke.stop_force is not None:
         what += f" to {stroke.stop_force:g} N"
     return what if stroke.drop is None else f"{what} until the force drops by {stroke.drop:.0%}"

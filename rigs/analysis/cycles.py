@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigs.axes import Axis, FloatArray, IntArray
+    from rigs.instruments.zeros import SizeInTime
     from rigs.record import Phase, SpecimenSize
 
 #: Strains at which a cycle's stress is quoted.
@@ -34,15 +35,15 @@ TURN = 0.05
 STILL = 1e-9
 
 
-def effective_strain(travel: FloatArray, gauge: float) -> FloatArray:
+def effective_strain(travel: FloatArray, gauge: float | FloatArray) -> FloatArray:
     """Return ε = u / L₀.
 
     Parameters
     ----------
     travel : FloatArray, shape (n,)
         Change u of the hook-to-hook distance [m].
-    gauge : float
-        Initial hook-to-hook distance L₀ [m].
+    gauge : float or FloatArray, shape (n,)
+        Gauge length L₀ [m]: the initial hook-to-hook distance, or that at a zero.
 
     Returns
     -------
@@ -52,14 +53,14 @@ def effective_strain(travel: FloatArray, gauge: float) -> FloatArray:
     return travel / gauge
 
 
-def effective_stress(force: FloatArray, section: float) -> FloatArray:
+def effective_stress(force: FloatArray, section: float | FloatArray) -> FloatArray:
     """Return σ = F / A₀.
 
     Parameters
     ----------
     force : FloatArray, shape (n,)
         Force F of the axis [N].
-    section : float
+    section : float or FloatArray, shape (n,)
         Initial cross-section A₀ [m²]: of a planar knit its width by a thickness of 1 mm, as the paper has it.
 
     Returns
@@ -71,9 +72,9 @@ def effective_stress(force: FloatArray, section: float) -> FloatArray:
 
 
 def stress_strain(
-    travel: FloatArray, force: FloatArray, axis: Axis, size: SpecimenSize
+    travel: FloatArray, force: FloatArray, axis: Axis, size: SpecimenSize | SizeInTime
 ) -> tuple[FloatArray, FloatArray]:
-    """Return strain [1] and stress [Pa] of an axis."""
+    """Return strain [1] and stress [Pa] of an axis, (n,), from its travel [m] and force [N], zeroed."""
     return effective_strain(travel, size.extents[axis]), effective_stress(force, size.section(axis))
 
 

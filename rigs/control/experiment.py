@@ -18,7 +18,7 @@ from rigs.control.planner import Planner
 from rigs.control.resume_point import ResumePoint
 from rigs.control.session import Session
 from rigs.control.stop_criteria import StopReason, stop_criteria_of
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.rig import place_of
 from rigs.protocol.strokes import Stroke
 from rigs.protocol.unrolled import unrolled
@@ -158,7 +158,7 @@ def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Gener
         stroke = planner.stroke(leaf, index, session.memory.history, readings)
         if stroke is None:
             continue
-        criteria = stop_criteria_of(leaf, stroke, session.rig.gauges)
+        criteria = stop_criteria_of(leaf, stroke, session.memory.history.gauges)
         ending = None
         if under_way is None:
             if index == 0 and (met := criteria.met_before(session.memory, session.crosshead)) is not None:
@@ -167,7 +167,7 @@ def _do_strokes(session: Session, planner: Planner, leaf: UnrolledStep) -> Gener
         else:
             ending = criteria.met(session.controller, session.memory, session.crosshead)
         if ending is None:
-            ending = yield from _do(session, stroke, criteria)
+            ending = yield from _do(session, stroke, criteria, leaf.place)
         else:
             # The row from which the test is resumed was the step's last.
             yield session.frame()
@@ -187,15 +187,17 @@ def _picture(session: Session, pictures: Pictures, tag: str | None) -> Iterator[
         yield session.pictured(tag)
 
 
-def _do(session: Session, stroke: Stroke, criteria: StopCriteria) -> Generator[Event, None, StopReason | None]:
-    """Do one stroke; return what ended its step, if anything did."""
+def _do(
+    session: Session, stroke: Stroke, criteria: StopCriteria, place: str
+) -> Generator[Event, None, StopReason | None]:
+    """Do one stroke of the step at a place in the protocol; return what ended the step, if anything did."""
     if stroke.phase == "Zero":
         # A specimen that does not move keeps its equilibrium: there is nothing to solve.
         if session.last is not None and session.last.phase != "Zero":
             yield session.stand(stroke)
         if "force" in stroke.channels:
             session.remember(session.controller.zero(session.memory))
-        yield Zeroing(time=session.time, kinds=frozenset(stroke.channels))
+        yield _zeroing(session, stroke, place)
         return None
     tripped = _too_fast(session, stroke)
     if tripped is not None:
@@ -214,6 +216,19 @@ def _do(session: Session, stroke: Stroke, criteria: StopCriteria) -> Generator[E
     if ending is None or not ending.test:
         yield session.frame()
     return ending
+
+
+def _zeroing(session: Session, stroke: Stroke, place: str) -> Zeroing:
+    """Return the zeroing of a stroke, with the state of the axes at that moment."""
+    force = dict.fromkeys(session.rig.grips, 0.0) if session.last is None else session.last.force
+    return Zeroing(
+        time=session.time,
+        kinds=frozenset(stroke.channels),
+        place=place,
+        travel=dict(session.crosshead),
+        force=dict(force),
+        gauges=dict(stroke.gauges or session.memory.history.gauges),
+    )
 
 
 def _too_fast(session: Session, stroke: Stroke) -> StopReason | None:

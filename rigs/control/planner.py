@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planner:
-    """A protocol with the hook-to-hook lengths of its specimen [m]."""
+    """A protocol with the hook-to-hook lengths of its specimen as printed [m]."""
 
     protocol: Protocol
     gauges: Mapping[Axis, float]
 
     def begin(self) -> History:
         """Return the history of a test that begins."""
-        return History(origin=dict.fromkeys(self.gauges, 0.0))
+        return History(origin=dict.fromkeys(self.gauges, 0.0), gauges=dict(self.gauges))
 
     def stroke(self, leaf: UnrolledStep, index: int, history: History, readings: Readings) -> Stroke | None:
         """Return a stroke of a step, None where it moves nothing.
@@ -47,7 +47,7 @@ class Planner:
         """
         drives, pair = CATALOGUE[self.protocol.rig].drives, self.protocol.speed_ref == "pair"
         situation = Situation(
-            gauges=self.gauges,
+            printed=self.gauges,
             # Where two grips move apart, a pair's length changes twice as fast as one of them moves.
             gears={axis: 1 if pair else drives[axis].moving for axis in self.gauges},
             others=self.protocol.others,

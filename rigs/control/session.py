@@ -111,7 +111,8 @@ class Session:
     def readings(self) -> Readings:
         """Return the readings of the controller."""
         force = dict.fromkeys(self.rig.grips, 0.0) if self.last is None else self.last.force
-        return Readings(displacement=self.crosshead, force=self.controller.steady(force, self.memory))
+        shown = self.controller.steady(force, self.memory)
+        return Readings(displacement=self.crosshead, force=shown, opening=self.displacement)
 
     def begin(self, readings: Readings) -> None:
         """Begin a stroke at the current displacements."""

@@ -233,8 +233,9 @@ class Search:
                 missed.append((by / bar, by / (bar + order.dead_band + unbalanced(rig))))
                 continue
             if order.leader is not None:
-                strain = (crossheads[order.leader] - order.lead) / rig.gauges[order.leader]
-                by = ((crossheads[axis] - (order.place or 0.0)) / rig.gauges[axis] - strain) / 1e-6
+                gauges = self.session.memory.history.gauges
+                strain = (crossheads[order.leader] - order.lead) / gauges[order.leader]
+                by = ((crossheads[axis] - (order.place or 0.0)) / gauges[axis] - strain) / 1e-6
             else:
                 bar = train.compliance * (PLACE_TOLERANCE * abs(force[axis]) + finest) + PLACE_FINEST * rig.gauges[axis]
                 by = (train.beyond(step.displacement[axis], force[axis]) - (order.place or 0.0)) / bar

@@ -82,7 +82,7 @@ class StopCriteria:
     stroke : Stroke
         The stroke.
     gauges : Mapping
-        Initial hook-to-hook length of each axis [m].
+        Gauge length of each axis [m].
     pulls : bool
         Whether the step goes outwards as a whole, whatever this stroke does.
     """

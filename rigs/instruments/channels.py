@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import FloatArray
     from rigs.instruments.ticks import Ticks
+    from rigs.instruments.zeros import Zeroing
     from rigs.protocol.targets import Channel as Kind
     from rigs.record import Equilibrium
     from rigs.trace import Trace
@@ -106,22 +107,6 @@ class Instrument:
     offset: float = 0.0
     skew: float = 0.0
     lead: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Zeroing:
-    """Time at which the channels of some kinds were set to zero.
-
-    Attributes
-    ----------
-    time : float
-        Time on the rig's clock [s].
-    kinds : frozenset of Kind
-        Kinds of the channels that were zeroed.
-    """
-
-    time: float
-    kinds: frozenset[Kind]
 
 
 def overloaded(instrument: Instrument, row: Equilibrium) -> Channel | None:

@@ -208,12 +208,19 @@ def zero_offset(time: FloatArray, values: FloatArray, zeroed: Sequence[float]) -
     """
     offset = np.zeros_like(values)
     for moment in zeroed:
-        # Of rows at that moment the last one counts: those before it still belong to the stroke that led there.
-        at_or_after, beyond = np.searchsorted(time, [moment - 1e-9, moment + 1e-9])
-        first = max(int(at_or_after), int(beyond) - 1)
+        first = first_zeroed(time, moment)
         if first < len(time):
             offset[first:] = values[first]
     return offset
+
+
+def first_zeroed(time: FloatArray, moment: float) -> int:
+    """Return the first of some readings, at times (n,) that do not fall [s], that a zero at a moment [s] counts for.
+
+    Of readings at that moment the last one counts: those before it still belong to the stroke that led there.
+    """
+    at_or_after, beyond = np.searchsorted(time, [moment - 1e-9, moment + 1e-9])
+    return max(int(at_or_after), int(beyond) - 1)
 
 
 @dataclass(slots=True, kw_only=True)

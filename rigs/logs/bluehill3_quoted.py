@@ -8,8 +8,9 @@ of scripts that laboratories publish.
 pymechtest finds the columns by "stress" and "strain" in their names; it is told the rows of the identity
 (``id_row=1``) and, blank lines not counted, of the headings (``header=2``).
 
-Assumed: CRLF ends and no byte-order mark; no other fact lines; strain is the crosshead's travel over the initial
-hook-to-hook length, stress the load over the initial width and unit thickness, as the record says.
+Assumed: CRLF ends and no byte-order mark; no other fact lines; strain is the crosshead's travel over the gauge length,
+stress the load over width and unit thickness: those of the specimen as printed, or where a zero took them, as the
+record says.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
+from rigs.instruments.zeros import size_in_time
 from rigs.logs.dialect import Column, Dialect, Fact
 from rigs.logs.logged import Log, axis_of
 
@@ -51,12 +53,13 @@ def shown(test: Logged, samples: Samples) -> dict[str, list[float]]:
     """Return what the columns show of a part of the samples, in SI units."""
     axis = axis_of(samples)
     travel, load = samples.measured["Displacement"], samples.measured["Force"]
+    size = size_in_time(samples.true_time, test.size, test.zeroings)
     return {
         "Time": samples.time.tolist(),
         "Extension": travel.tolist(),
         "Load": load.tolist(),
-        "Strain": (travel / test.size.extents[axis]).tolist(),
-        "Stress": (load / test.size.section(axis)).tolist(),
+        "Strain": (travel / size.extents[axis]).tolist(),
+        "Stress": (load / size.section(axis)).tolist(),
     }
 
 

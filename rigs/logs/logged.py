@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis
     from rigs.instruments.samples import Samples, Table
+    from rigs.instruments.zeros import Zeroing
     from rigs.logs.dialect import Channels, Dialect
     from rigs.record import SpecimenSize
 
@@ -33,12 +34,15 @@ class Logged:
         What each machine logged.
     facts : Mapping
         What the test was made with: when it began (``started``), numbers of the machine (``rig.…``).
+    zeroings : tuple of Zeroing
+        When channels were zeroed, and the gauge lengths from then on.
     """
 
     sample: str
     size: SpecimenSize
     samples: Mapping[str, Table]
     facts: Mapping[str, object]
+    zeroings: tuple[Zeroing, ...] = ()
 
     def start(self) -> datetime:
         """Return when the test began, on the clock of the laboratory."""

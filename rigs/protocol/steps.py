@@ -12,6 +12,7 @@ from rigs.protocol.strokes import PRELOAD_REACH
 from rigs.protocol.targets import (
     Channel,
     Control,
+    GaugeLength,
     Rate,
     StepLog,
     Target,
@@ -33,9 +34,18 @@ RUPTURE_DROP: Final = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zero(StepDefaults):
-    """Set the named channels to zero."""
+    """Set the named channels to zero, and choose the gauge length by which travel is strain from then on.
+
+    Parameters
+    ----------
+    channels : tuple of Channel
+        The channels.
+    gauge_length : GaugeLength or None
+        The hook-to-hook length now, or the printed specimen's; None to keep the gauge length, at first the printed one.
+    """
 
     channels: tuple[Channel, ...] = ("force", "displacement")
+    gauge_length: GaugeLength | None = None
 
     axes: ClassVar[tuple[Axis, ...]] = ()
     tag: ClassVar[None] = None
@@ -46,6 +56,9 @@ class Zero(StepDefaults):
     def __post_init__(self) -> None:
         fine = len(self.channels) > 0 and len(set(self.channels)) == len(self.channels)
         require(fine, "channels", list(self.channels), "one or both of force and displacement, each once")
+        counted = self.gauge_length is None or "displacement" in self.channels
+        wanted = "one with displacement among the channels: strain is zero where travel is"
+        require(counted, "gauge_length", f"{self.gauge_length} with channels {list(self.channels)}", wanted)
 
     @property
     def tares(self) -> tuple[Channel, ...]:
@@ -54,7 +67,7 @@ class Zero(StepDefaults):
 
     def stroke(self, index: int, situation: Situation) -> Stroke:  # noqa: ARG002 (there is one)
         """Return a stroke in which nothing moves."""
-        return replace(situation.still(), channels=self.channels)
+        return situation.zero(self.channels, self.gauge_length)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

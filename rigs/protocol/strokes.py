@@ -7,7 +7,7 @@ asked for one stroke after the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis
     from rigs.protocol.catalogue import Others
-    from rigs.protocol.targets import Channel, Rate, Target
+    from rigs.protocol.targets import Channel, GaugeLength, Rate, Target
     from rigs.record import Phase
 
 PRELOAD_REACH: Final = 0.5
@@ -57,6 +57,10 @@ class Stroke:
         The step ends where the force fell by this share below its peak [1].
     channels : tuple of str
         Channels to tare (phase 'Zero').
+    gauge_length : GaugeLength or None
+        Which gauge length holds from then on; None for the one before (phase 'Zero').
+    gauges : Mapping
+        That gauge length of each axis [m]; empty for those before.
     """
 
     start: Mapping[Axis, float]
@@ -73,6 +77,8 @@ class Stroke:
     stop_force: float | None = None
     drop: float | None = None
     channels: tuple[Channel, ...] = ()
+    gauge_length: GaugeLength | None = None
+    gauges: Mapping[Axis, float] = field(default_factory=dict)
 
     @property
     def searches(self) -> bool:
@@ -90,10 +96,17 @@ class Readings:
         What the encoder of each axis shows, not zeroed [m].
     force : Mapping
         What the load cell of each axis shows on average, zeroed [N].
+    opening : Mapping
+        Change of the distance between the hooks themselves [m]; it is the displacement unless the machine gives way.
     """
 
     displacement: Mapping[Axis, float]
     force: Mapping[Axis, float]
+    opening: Mapping[Axis, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.opening:
+            object.__setattr__(self, "opening", dict(self.displacement))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +117,8 @@ class History:
     ----------
     origin : Mapping
         Displacement of each axis at the last zero [m].
+    gauges : Mapping
+        Gauge length of each axis [m], by which its travel from there is strain.
     cycle : int
         Number of the set, from 1.
     stretched, recovered : bool
@@ -113,6 +128,7 @@ class History:
     """
 
     origin: Mapping[Axis, float]
+    gauges: Mapping[Axis, float]
     cycle: int = 1
     stretched: bool = False
     recovered: bool = False
@@ -123,6 +139,7 @@ class History:
         return replace(
             self,
             origin=dict(readings.displacement) if "displacement" in stroke.channels else self.origin,
+            gauges=stroke.gauges or self.gauges,
             cycle=stroke.cycle,
             stretched=stroke.phase == "Stretch" or (self.stretched and stroke.cycle == self.cycle),
             recovered=stroke.phase == "Recover" or (self.recovered and stroke.cycle == self.cycle),
@@ -136,8 +153,8 @@ class Situation:
 
     Attributes
     ----------
-    gauges : Mapping
-        Initial hook-to-hook length of each axis [m].
+    printed : Mapping
+        Hook-to-hook length of each axis as printed [m].
     gears : Mapping
         Change of each axis' hook-to-hook length over the travel that a rate in m/s is said of [1].
     others : {'hold', 'free', 'follow'}
@@ -146,11 +163,23 @@ class Situation:
         What came before, and what the controller sees now.
     """
 
-    gauges: Mapping[Axis, float]
+    printed: Mapping[Axis, float]
     gears: Mapping[Axis, float]
     others: Others
     history: History
     readings: Readings
+
+    @property
+    def gauges(self) -> Mapping[Axis, float]:
+        """Return the gauge length of each axis [m], by which its travel is strain."""
+        return self.history.gauges
+
+    def zero(self, channels: tuple[Channel, ...], gauge_length: GaugeLength | None) -> Stroke:
+        """Return the stroke in which channels are tared and a gauge length may be taken."""
+        gauges = dict(self.printed) if gauge_length is not None else {}
+        if gauge_length == "here":
+            gauges = {axis: length + self.readings.opening[axis] for axis, length in gauges.items()}
+        return replace(self.still(), channels=channels, gauge_length=gauge_length, gauges=gauges)
 
     def still(self) -> Stroke:
         """Return the stroke of phase 'Zero' in which no axis moves and no time passes."""
@@ -252,7 +281,7 @@ class Situation:
 
     def _require_room(self, end: Mapping[Axis, float]) -> None:
         """Raise if hooks would pass through each other."""
-        for axis, length in self.gauges.items():
+        for axis, length in self.printed.items():
             if end[axis] <= -length:
                 found = f"{end[axis]:g} m on axis {axis}"
                 raise SpecificationError("steps", found, f"a displacement above {-length:g} m")

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 Control: TypeAlias = Literal["strain", "displacement", "force"]
 Channel: TypeAlias = Literal["force", "displacement"]
 Side: TypeAlias = Literal[">", "<"]
+GaugeLength: TypeAlias = Literal["here", "printed"]
+"""What a zero takes as gauge length: the hook-to-hook length at that moment, or that of the printed specimen."""
 
 MOST_STRAIN: Final = 5.0
 """Largest strain that can be asked for [1]."""

@@ -13,7 +13,8 @@ from app.schemas import ProtocolError, from_yaml, to_yaml
 from app.schemas.machine_data import machines_of
 from rigs.analysis.cycles import stress_strain
 from rigs.control.experiment import perform
-from rigs.instruments.channels import Zeroing, measure
+from rigs.instruments.channels import measure
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.rig import mount
 from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium

@@ -23,7 +23,7 @@ from knitlab_core.errors import FormatError, SpecificationError
 from rigs.control.checkpoint import Checkpoint
 from rigs.control.controller import Memory
 from rigs.control.resume_point import END, START, PathPosition, ResumePoint
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.protocol.strokes import History
 from tests.app.records.test_records import writer
 from tests.knitlab_core.equilibrium.strands import strand
@@ -40,7 +40,9 @@ def saved(**more: object) -> Saved:
     _, state = strand()
     cursor = ResumePoint(
         memory=Memory(
-            history=History(origin={"C": 0.1 + 0.2, "W": -1e-300}, cycle=2, free=("W",)),
+            history=History(
+                origin={"C": 0.1 + 0.2, "W": -1e-300}, gauges={"C": 0.1 / 3.0, "W": 0.02}, cycle=2, free=("W",)
+            ),
             tare={"C": 1.0 / 7.0},
             shown={},
             first={"C": 0.0},
@@ -63,9 +65,16 @@ def saved(**more: object) -> Saved:
         mounted=state.q.copy(),
         severed=(7, 5),
     )
-    zeroings = (Zeroing(time=0.0, kinds=frozenset({"force", "displacement"})),)
+    zeroing = Zeroing(
+        time=0.0,
+        kinds=frozenset({"force", "displacement"}),
+        place="steps[1].zero",
+        travel={"C": 0.1 + 0.2},
+        force={"C": -1e-300},
+        gauges={"C": 0.1 / 3.0},
+    )
     return replace(
-        Saved(origin=ORIGIN, checkpoint=checkpoint, lengths={"tags": 2}, zeroings=zeroings, seconds=3.5),
+        Saved(origin=ORIGIN, checkpoint=checkpoint, lengths={"tags": 2}, zeroings=(zeroing,), seconds=3.5),
         **more,  # type: ignore[arg-type]
     )
 

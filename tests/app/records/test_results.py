@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.records.results import energy_balance_error, run_figures, zeroed
+from app.records.results import energy_balance_error, run_figures
 from app.runs.provenance import provenance
 from app.schemas.machine_data import machines_of
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing, zeroed
 from rigs.protocol.protocol import Cycle, Protocol, SpecimenSpec
 from rigs.record import Equilibrium, Phase, SpecimenSize
 from rigs.trace import trace_of
@@ -81,9 +81,10 @@ def test_the_balance_is_measured_by_the_largest_work() -> None:
 
 def test_strain_counts_from_the_last_zero() -> None:
     zeroing = Zeroing(time=2.0, kinds=frozenset({"displacement"}))
-    travel = zeroed(TRACE, "displacement", "C", [zeroing]) / SIZE.extents["C"]
+    columns, time = TRACE.columns, TRACE.columns["time"]
+    travel = zeroed(columns["displacement_C"], time, "displacement", [zeroing]) / SIZE.extents["C"]
     assert travel == pytest.approx([0.0, 0.1, 0.0, 0.1, 0.2, 0.1, 0.0, -0.1, -0.2])
-    assert zeroed(TRACE, "force", "C", [zeroing]) == pytest.approx(TRACE.columns["force_C"])
+    assert zeroed(columns["force_C"], time, "force", [zeroing]) == pytest.approx(columns["force_C"])
 
 
 @pytest.mark.parametrize(("friction", "assumed"), [(0.3, True), (0.25, False)])

@@ -44,7 +44,7 @@ max_strain_increment: 0.01
 steps:
   - zero: {channels: [force, displacement]}
   - preload: {axes: [C, W], force: 0.05 N, rate: 0.2 mm/s, tag: pre}
-  - zero: {channels: [force]}
+  - zero: {channels: [force, displacement], gauge_length: here}
   - hold: {for: 20 s, tag: still}
   - cycle: {axes: [C, W], lower: 0, upper: 0.1, rate: 0.2 mm/s, n: 2, tag: equibiaxial}
 """

@@ -13,6 +13,7 @@ from knitlab_core.materials import Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
 from rigs.control.setpoint_search import FINEST_DIGIT, FORCE_TOLERANCE
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import (
     Cycle,
@@ -323,3 +324,38 @@ def test_every_kind_of_stroke_goes_on_from_a_checkpoint_to_the_same_rows(
             for which in (again, events[mark + 1 :])
         ]
         assert pictures[0] == pictures[1]
+
+
+def test_strain_is_travel_by_the_gauge_length_at_the_preload(control: Callable[..., Run]) -> None:
+    compliance = 2e-3
+    ran = control(
+        Preload(axes=("C",), force=0.05, rate=SPEED),
+        Zero(channels=("displacement",), gauge_length="here"),
+        stretch(0.05, "C", until=Until(strain=0.04)),
+        increment=0.04,
+        data=yielding("biaxial-hook", compliance),
+    )
+    (zeroing,) = [event for event in ran.events if isinstance(event, Zeroing)]
+    preloaded, last = ran.of_step(0)[-1], ran.rows[-1]
+    assert zeroing.place == "steps[1].zero"
+    assert zeroing.travel == pytest.approx(preloaded.crosshead)
+    assert zeroing.force == pytest.approx(preloaded.force)
+    # The hooks' own distance: the crosshead went farther by what the machine gave.
+    assert preloaded.crosshead["C"] - preloaded.displacement["C"] == pytest.approx(compliance * 0.05, rel=0.01)
+    for axis, gauge in ran.rig.gauges.items():
+        assert zeroing.gauges[axis] == pytest.approx(gauge + preloaded.displacement[axis], rel=1e-12)
+    assert ran.steps[2].end == "limit"
+    assert ran.steps[2].message == "axis C is strained by 0.04"
+    assert last.crosshead["C"] - preloaded.crosshead["C"] == pytest.approx(0.04 * zeroing.gauges["C"], rel=5e-3)
+
+
+def test_axes_that_follow_a_force_strain_alike_from_the_zero(control: Callable[..., Run]) -> None:
+    apart = Ramp(axes=("C", "W"), to=Target(kind="displacement", value=2e-3), rate=SPEED)
+    zero = Zero(channels=("displacement",), gauge_length="here")
+    ran = control(apart, zero, load(0.03, "C"), increment=0.04, others="follow")
+    (zeroing,) = [event for event in ran.events if isinstance(event, Zeroing)]
+    start, last = ran.of_step(0)[-1], ran.rows[-1]
+    strain = {axis: (last.displacement[axis] - start.displacement[axis]) / zeroing.gauges[axis] for axis in ("C", "W")}
+    assert abs(zeroing.gauges["C"] / ran.rig.gauges["C"] / (zeroing.gauges["W"] / ran.rig.gauges["W"]) - 1.0) > 0.01
+    assert abs(strain["C"]) > 0.01
+    assert strain["W"] == pytest.approx(strain["C"], rel=1e-3)

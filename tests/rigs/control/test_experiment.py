@@ -11,7 +11,7 @@ import pytest
 from app.schemas.machine_data import read_machine
 from knitlab_core.equilibrium.newton import Options
 from rigs.control.experiment import perform
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.protocol.protocol import Cycle, Hold, Preload, Ramp, Repeat, Target, Zero
 from rigs.record import Equilibrium, Frame, Outcome
 from tests.synthetic_run import BOTH

@@ -14,7 +14,7 @@ from app.schemas.machine_data import machines_of
 from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
-from rigs.instruments.channels import Zeroing
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target, Zero
 from rigs.protocol.specimen import make_specimen
@@ -33,7 +33,7 @@ ORIGIN: Final = Origin(name="x", protocol="", materials="", facts={"seed": 1})
 STEPS: Final[tuple[Step, ...]] = (
     Zero(),
     Preload(axes=("C", "W"), force=0.05, rate=SPEED, tag="pre"),
-    Zero(channels=("displacement",)),
+    Zero(channels=("displacement",), gauge_length="here"),
     Hold(duration=30.0),
     Cycle(axes=("C",), lower=0.0, upper=0.06, rate=SPEED, n=2),
 )

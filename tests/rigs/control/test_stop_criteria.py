@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 GAUGES: dict[Axis, float] = {"C": 0.02, "W": 0.02}
 CELL = Channel(name="Force", reads="force_C", kind="force", unit="N", limit=10.0, noise=1e-3, resolution=1e-3)
 CONTROLLER = Controller(cells={"C": Cell(channel=CELL, rate=10.0)}, seed=0, noise=False)
-MEMORY = replace(CONTROLLER.begin(History(origin={"C": 0.0, "W": 0.0})), since=5.0)
+MEMORY = replace(CONTROLLER.begin(History(origin={"C": 0.0, "W": 0.0}, gauges=GAUGES)), since=5.0)
 
 
 def outwards(*, to: float = 2e-3, start: float = 0.0) -> Stroke:
@@ -80,7 +80,7 @@ def test_the_first_condition_on_the_way_cuts_the_stroke(until: Until, share: flo
 
 
 def test_a_place_counts_from_the_last_zero() -> None:
-    memory = replace(MEMORY, history=History(origin={"C": 1e-3, "W": 0.0}))
+    memory = replace(MEMORY, history=History(origin={"C": 1e-3, "W": 0.0}, gauges=GAUGES))
     share, _ = ends(Until(displacement=0.5e-3)).cut(memory, begun=5.0)
     assert share == pytest.approx(0.75)
 

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.schemas.machine_data import read_machine
-from rigs.instruments.channels import Channel, Instrument, Zeroing, measure
+from rigs.instruments.channels import Channel, Instrument, measure
 from rigs.instruments.signals import Lag, drift, stamps, true_times
+from rigs.instruments.zeros import Zeroing
 from rigs.machines.machine import instrument_of, instruments_of
 from rigs.protocol.protocol import LogSpec
 from rigs.trace import Trace

@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
-from rigs.instruments.channels import Channel, Instrument, Zeroing, measure, overloaded
+from rigs.instruments.channels import Channel, Instrument, measure, overloaded
 from rigs.instruments.signals import Curve, add_noise, noise_stream, quantise, saturate, zero_offset
 from rigs.instruments.ticks import Stretch, ticks
+from rigs.instruments.zeros import Zeroing
 from rigs.trace import Trace, trace_of
 from tests.synthetic_run import row, rows, stage_instrument
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import pytest
@@ -27,7 +28,7 @@ from rigs.protocol.protocol import (
     Zero,
 )
 from rigs.protocol.specimen import gauge_lengths
-from rigs.protocol.strokes import PRELOAD_REACH, Readings, Stroke
+from rigs.protocol.strokes import PRELOAD_REACH, Readings, Situation, Stroke
 from rigs.protocol.unrolled import unrolled
 from tests.planned import planned_strokes
 
@@ -162,6 +163,58 @@ def test_strokes_start_from_what_the_controller_sees() -> None:
 def test_a_zero_of_force_leaves_the_origin_of_strain() -> None:
     plan = all_strokes(protocol(to_strain(0.1, "C"), Zero(channels=("force",)), to_strain(0.2, "C")))
     assert plan[-1].end["C"] == pytest.approx(0.2 * GAUGES["C"])
+
+
+def after_zeros(*zeros: Zero) -> Situation:
+    """Return what a step is told after zeros with the hooks 5 mm and 2 mm farther apart, the crossheads 6 and 2."""
+    planner = Planner(protocol=protocol(*zeros, to_strain(0.1, "C")), gauges=GAUGES)
+    readings = Readings(displacement={"C": 6e-3, "W": 2e-3}, opening={"C": 5e-3, "W": 2e-3}, force={"C": 0.1, "W": 0.1})
+    history = planner.begin()
+    for leaf in list(unrolled(planner.protocol.steps))[:-1]:
+        stroke = planner.stroke(leaf, 0, history, readings)
+        assert stroke is not None
+        history = history.after(stroke, readings)
+    return Situation(printed=GAUGES, gears={"C": 1, "W": 1}, others="follow", history=history, readings=readings)
+
+
+def test_strain_counts_by_the_gauge_length_that_the_last_zero_took() -> None:
+    situation = after_zeros(Zero(gauge_length="here"))
+    # Hooks 55 mm and 42 mm apart: a calliper does not see that the machine gave way by 1 mm.
+    assert situation.gauges == pytest.approx({"C": 0.055, "W": 0.042})
+    stroke = situation.drive(("C",), StrainRate(value=0.01), Target(kind="strain", value=0.1))
+    assert stroke is not None
+    assert stroke.end["C"] == pytest.approx(6e-3 + 0.1 * 0.055)
+    assert stroke.end["W"] == pytest.approx(2e-3 + 0.1 * 0.042)  # it follows
+    assert stroke.duration == pytest.approx(10.0)
+    assert situation.drive(("C",), StrainRate(value=0.01), None, reach=0.2).duration == pytest.approx(20.0)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("zeros", "gauges"),
+    [
+        ([Zero()], GAUGES),
+        ([Zero(gauge_length="printed")], GAUGES),
+        ([Zero(gauge_length="here"), Zero(channels=("force",))], {"C": 0.055, "W": 0.042}),
+        ([Zero(gauge_length="here"), Zero()], {"C": 0.055, "W": 0.042}),
+        ([Zero(gauge_length="here"), Zero(gauge_length="printed")], GAUGES),
+    ],
+)
+def test_a_zero_that_says_nothing_of_it_keeps_the_gauge_length(zeros: list[Zero], gauges: dict[Axis, float]) -> None:
+    situation = after_zeros(*zeros)
+    assert situation.gauges == pytest.approx(gauges)
+
+
+def test_hooks_do_not_pass_whatever_the_gauge_length() -> None:
+    situation = replace(after_zeros(Zero(gauge_length="here")), others="hold")
+    nearly = situation.move(("C",), Target(kind="displacement", value=-55.9e-3))
+    assert nearly.end["C"] > -GAUGES["C"]
+    with pytest.raises(SpecificationError, match=r"above -0\.05 m"):
+        situation.move(("C",), Target(kind="displacement", value=-56.1e-3))
+
+
+def test_a_gauge_length_is_taken_where_strain_is_zero() -> None:
+    with pytest.raises(SpecificationError, match=r"gauge_length: found .*force.*, allowed .*displacement"):
+        Zero(channels=("force",), gauge_length="here")
 
 
 def test_a_plan_takes_a_preload_to_end_at_once_but_counts_its_time() -> None:

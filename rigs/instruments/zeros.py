@@ -1,0 +1,92 @@
+"""Zeros of a test: values counted from the last one, and the lengths by which travel is strain and force stress.
+
+A zero may take the hook-to-hook lengths of its moment as gauge lengths. They are then also the width of the specimen
+for the force of an axis across them, so that stress, strain and work per volume refer to one shape of the specimen. An
+axis that is not driven has no hooks to measure by, and keeps its printed extent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import mul
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigs.instruments.signals import first_zeroed, zero_offset
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.targets import Channel
+    from rigs.record import SpecimenSize
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Zeroing:
+    """Time at which the channels of some kinds were set to zero, and the gauge lengths from then on.
+
+    Attributes
+    ----------
+    time : float
+        Time on the rig's clock [s].
+    kinds : frozenset of Channel
+        Kinds of the channels that were zeroed.
+    place : str
+        The step's place in the protocol, ``steps[2].zero``.
+    travel, force : Mapping
+        Displacement of each axis' crosshead since the specimen was mounted [m], and what it carries [N], then.
+    gauges : Mapping
+        Gauge length of each driven axis from then on [m]; empty where it is that of the printed specimen.
+    """
+
+    time: float
+    kinds: frozenset[Channel]
+    place: str = ""
+    travel: Mapping[Axis, float] = field(default_factory=dict)
+    force: Mapping[Axis, float] = field(default_factory=dict)
+    gauges: Mapping[Axis, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizeInTime:
+    """Lengths that turn travel into strain and force into stress, at some times.
+
+    Attributes
+    ----------
+    extents : Mapping
+        Gauge length of each axis that is driven, printed extent of others [m], (n,).
+    """
+
+    extents: Mapping[Axis, FloatArray]
+
+    def section(self, axis: Axis) -> FloatArray:
+        """Return the cross-section that carries the force of an axis [m²], (n,): both extents across it."""
+        return reduce(mul, (extent for across, extent in self.extents.items() if across != axis))
+
+
+def size_in_time(time: FloatArray, size: SpecimenSize, zeroings: Iterable[Zeroing]) -> SizeInTime:
+    """Return the lengths that hold at some times [s], (n,): as printed until a zeroing takes others."""
+    extents = {axis: np.full(len(time), extent) for axis, extent in size.extents.items()}
+    for zeroing in zeroings:
+        first = first_zeroed(time, zeroing.time)
+        for axis, length in zeroing.gauges.items():
+            extents[axis][first:] = length
+    return SizeInTime(extents=extents)
+
+
+def zeroed(values: FloatArray, time: FloatArray, kind: Channel, zeroings: Iterable[Zeroing]) -> FloatArray:
+    """Return displacements [m] or forces [N] at some times [s], (n,), counted from the last zeroing before each."""
+    return values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
+
+
+def gauge_lengths_taken(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> list[Zeroing]:
+    """Return the zeroings at which a gauge length changed, in the order of time; none where all are as printed."""
+    found, now = [], dict(size.extents)
+    for zeroing in zeroings:
+        if any(length != now[axis] for axis, length in zeroing.gauges.items()):
+            found.append(zeroing)
+        now |= zeroing.gauges
+    return found
