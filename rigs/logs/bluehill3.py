@@ -4,10 +4,11 @@ Documented, by files and readers that laboratories publish: the folder ``<sample
 ``Specimen_RawData_1.csv`` for the first specimen; lines of test facts, the label in quotes; exactly one blank line,
 by which readers find the headings among the first hundred lines; two lines of headings; five decimals; the segment
 identities 22476 outward and 22412 on the return; a total cycle count that starts at 0 and rises about 1 % of a
-stroke after the turnaround; no footer.
+stroke after the turnaround; no footer. A line ``Dimension : Length``, a number and ``mm`` gives the gauge length.
 
 Assumed: CRLF ends and no byte-order mark (it is a Windows program); the date of the laboratory's clock as
-day/month/year with twelve hours; a specimen at rest keeps the segment of the stroke before.
+day/month/year with twelve hours; a specimen at rest keeps the segment of the stroke before; the gauge length is named
+where a zero of the test took one, with that of the specimen as printed and the extension from there to the zero.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
+from rigs.instruments.zeros import gauge_lengths_taken
 from rigs.logs.dialect import Column, Dialect, Fact
-from rigs.logs.logged import Log
+from rigs.logs.logged import Log, axis_of
 from rigs.logs.strokes import OUTWARD, counts, rises, segments
 
 if TYPE_CHECKING:
@@ -31,6 +33,9 @@ DIALECT: Final = Dialect(
     preamble=(
         ("Text Inputs : Specimen label", Fact(fact="label", quoted=True)),
         ("General : Start Date", Fact(fact="started")),
+        ("Dimension : Length", Fact(fact="gauge length", unit="mm", form=".5f"), "mm"),
+        ("Number Inputs : Length as printed", Fact(fact="printed length", unit="mm", form=".5f"), "mm"),
+        ("Number Inputs : Extension from printed to zero", Fact(fact="zero", unit="mm", form=".5f"), "mm"),
         (),
     ),
     columns=(
@@ -45,7 +50,20 @@ DIALECT: Final = Dialect(
 
 def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
     """Gather crosshead, load cell, segments and cycles of the frame, in SI units."""
-    return _numbered(test.samples["uniaxial-frame"]), {"label": test.sample, "started": test.start()}
+    table = test.samples["uniaxial-frame"]
+    return _numbered(table), {"label": test.sample, "started": test.start(), **_lengths(test, table)}
+
+
+def _lengths(test: Logged, table: Table) -> Facts:
+    """Return the gauge length that was taken last, with both zeros of the test [m]; None for each if none was."""
+    taken, axis = gauge_lengths_taken(test.size, test.zeroings), axis_of(table.part(0, 1))
+    if not taken:
+        return dict.fromkeys(("gauge length", "printed length", "zero"))
+    return {
+        "gauge length": taken[-1].gauges[axis],
+        "printed length": test.size.extents[axis],
+        "zero": taken[-1].travel[axis],
+    }
 
 
 def _numbered(table: Table) -> Iterator[Channels]:

@@ -106,7 +106,7 @@ class Dialect:
     columns : tuple of Column
         The columns, in order.
     preamble : tuple of tuple of (str or Fact)
-        Lines above the headings, field by field; an empty one is a blank line.
+        Lines above the headings, field by field; an empty one is a blank line. One whose fact is None is left out.
     delimiter, line_end, quote : str
         What stands between fields, after lines and, where a text needs it, around a text.
     encoding : str

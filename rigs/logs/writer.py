@@ -9,13 +9,13 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 from knitlab_core.errors import SpecificationError
-from rigs.logs.dialect import Form
+from rigs.logs.dialect import Fact, Form
 from rigs.logs.units import factor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from rigs.logs.dialect import Channels, Column, Dialect, Fact, Locale
+    from rigs.logs.dialect import Channels, Column, Dialect, Locale
 
 
 def write_log(
@@ -30,7 +30,7 @@ def write_log(
     parts : iterable of mapping of str to sequence, each of length n
         Numbers in SI units, or texts, by the channel's name; one part of the log after the other.
     facts : mapping of str to object
-        Numbers in SI units, texts and dates that the preamble shows.
+        Numbers in SI units, texts and dates that the preamble shows; a line whose fact is None is left out.
 
     Yields
     ------
@@ -68,6 +68,8 @@ def headings(dialect: Dialect, facts: Mapping[str, object] | None = None) -> Ite
     """Yield the lines above the numbers field by field: how each is printed, and its text; as `write_log` does."""
     plain, known = Form(), {} if facts is None else facts
     for line in dialect.preamble:
+        if any(isinstance(part, Fact) and known.get(part.fact, part) is None for part in line):
+            continue
         yield [(plain, part) if isinstance(part, str) else (part, _fact(dialect, part, known)) for part in line]
     yield [(plain, column.name.format(unit=column.unit)) for column in dialect.columns]
     if any(column.below is not None for column in dialect.columns):

@@ -13,6 +13,7 @@ from openpyxl import load_workbook
 
 from knitlab_core.errors import SpecificationError
 from rigs.instruments.signals import stamps
+from rigs.instruments.zeros import Zeroing
 from rigs.logs.alemnis import clock_text, prefixed
 from rigs.logs.biotester import cycle_text
 from rigs.logs.catalogue import LOGS, defaults
@@ -287,3 +288,25 @@ def test_a_workbook_takes_no_more_memory_the_longer_it_is() -> None:
     peak(1)
     # A row in memory was 2 kB.
     assert peak(15) - peak(5) < 200_000
+
+
+def test_a_gauge_length_taken_at_a_zero_counts_from_there_and_stands_above_the_table() -> None:
+    moment = 10.05
+    zero = Zeroing(
+        time=moment, kinds=frozenset({"displacement"}), travel={"C": 4e-3}, force={"C": 0.1}, gauges={"C": 50e-3}
+    )
+    taken = replace(logged(), zeroings=(zero,))
+    before, after = (text("bluehill3-quoted", one).splitlines() for one in (logged(), taken))
+    # Four samples before the zero as they were; 12.5 mm of 50 mm after it. Its sides are free: 40 mm x 1 mm stay.
+    assert after[:9] == before[:9]
+    assert after[-1] == b'"1,234.50000","12.50000","1,234.56789","25.0000","30.8642"'
+    assert b'"25.0000","30.8642"' in text("bluehill3-results", taken).splitlines()[3]
+    lines, plain = (text("bluehill3", one).splitlines() for one in (taken, logged()))
+    assert lines[2:5] == [
+        b"Dimension : Length,50.00000,mm",
+        b"Number Inputs : Length as printed,45.00000,mm",
+        b"Number Inputs : Extension from printed to zero,4.00000,mm",
+    ]
+    assert lines[:2] + lines[5:] == plain
+    for name in ("bluehill-universal", "biotester"):
+        assert text(name, taken) == text(name, logged())
