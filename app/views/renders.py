@@ -79,7 +79,8 @@ def knit_frames(run: RunReader, path: Path) -> Path:
         for frame in frames
     ]
     limit = min((crossing.limit for crossing in run.crossings), key=lambda one: one.strain, default=None)
-    titles = [_strain_title(frame) for frame in frames]
+    moved = any("displacement" in zero.kinds and any(zero.travel.values()) for zero in run.zeroings or ())
+    titles = [_strain_title(frame, "strain from as printed" if moved else "strain") for frame in frames]
     spots = [beyond(frame, run.strands, limit.strain) if limit is not None else [] for frame in frames]
     if limit is not None:
         titles = [
@@ -289,8 +290,9 @@ def _add_wires(axes: Axes, middles: FloatArray, radius: float) -> None:
         axes.add_patch(Circle((x, y), 1e3 * radius, facecolor=WIRE_COLOUR, edgecolor="black", linewidth=0.5, zorder=3))
 
 
-def _strain_title(frame: Frame) -> str:
+def _strain_title(frame: Frame, what: str) -> str:
+    """Return the title of a shape: its strain from the printed one, and `what` that is called."""
     shares = {NAMES[axis]: f"{100 * value:.0f} %".replace("-0 %", "0 %") for axis, value in frame.strain.items()}
     if len(set(shares.values())) == 1 and len(shares) > 1:
-        return f"strain {next(iter(shares.values()))}"
-    return "strain: " + ", ".join(f"{name} {share}" for name, share in shares.items())
+        return f"{what} {next(iter(shares.values()))}"
+    return f"{what}: " + ", ".join(f"{name} {share}" for name, share in shares.items())

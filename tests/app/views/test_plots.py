@@ -1,5 +1,6 @@
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -279,6 +280,19 @@ def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> 
     assert image.std() > 0.05
     specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
     assert imread(specimen_picture(specimen, tmp_path / "s.png")).std() > 0.05
+
+
+def test_titles_of_shapes_say_where_strain_counts_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn, draw = [], renders.draw
+
+    def kept(tubes: Any, titles: list[str], *rest: Any, **look: Any) -> Figure:  # noqa: ANN401 (handed through)
+        drawn.append(titles)
+        return draw(tubes, titles, *rest, **look)
+
+    monkeypatch.setattr(renders, "draw", kept)
+    for number, zeroed in enumerate((0.0, rows()[5].time)):
+        knit_frames(make_run(tmp_path / f"{number}.h5", zeroed=zeroed, sampled=False), tmp_path / "knit.png")
+    assert drawn == [[f"{what} {at} %" for at in (0, 20, 40)] for what in ("strain", "strain from as printed")]
 
 
 def test_an_image_fills_the_axes_pixel_by_pixel(tmp_path: Path) -> None:
