@@ -176,7 +176,7 @@ def make_run(
         for time, strain, phase in ((0.0, 0.0, "Zero"), (0.5, 0.2, "Stretch"), (1.0, 0.4, "Stretch")):
             writer.add_frame(frame(time * quarter, strain, 1, phase))  # type: ignore[arg-type]
         writer.add_step(StepRecord(number=0, place="steps[0].zero", tag=None, start=zeroed, time=zeroed, end="target"))
-        then = next(one for one in reversed(made) if one.time <= zeroed)
+        then = next((one for one in reversed(made) if one.time <= zeroed), row(0.0, 0.0, 1, "Zero"))
         zero = Zeroing(
             time=zeroed,
             kinds=frozenset({"force", "displacement"}),
