@@ -11,8 +11,8 @@ from knitlab_core.equilibrium.breaking import break_due, reach
 from knitlab_core.equilibrium.inelastic_step import after_step, rods_of_step
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import Options, Report
-from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_options
-from knitlab_core.equilibrium.snap_through import BRISK, EASY_SEARCH, THICK, come_to_rest, counted
+from knitlab_core.equilibrium.snap_location import PassedSnap, snaps, trial_options, with_snap_counted
+from knitlab_core.equilibrium.snap_through import BRISK, THICK, come_to_rest, counted
 from knitlab_core.equilibrium.step_control import Motion, Pace, StepControl
 from knitlab_core.equilibrium.transient import come_down
 from knitlab_core.equilibrium.workspace import Workspace
@@ -149,10 +149,7 @@ def march(
         found, report = advance(work, origin, path(end), options, duration=span, ahead=guess)
         if found is None and np.isfinite(report.residual) and control.tries_snap():
             return _snap(work, origin, path(end), options, span)
-        slow = report.continued or report.iterations > EASY_SEARCH
-        if found is not None and (slow or snaps(origin, found, quickly=True)):
-            found = counted(origin, found)
-        return found, report
+        return None if found is None else with_snap_counted(origin, found, report), report
 
     def locate(snap: PassedSnap, begin: float, end: float) -> tuple[State | None, Report]:
         span = duration * (end - begin)

@@ -3,7 +3,7 @@
 A test that watches for it does, after every equilibrium of a march:
 
     if weakest(model, found).strain >= limit:
-        share, state, edge = reach_rupture(work, before, path, limit=limit)
+        share, state, edge, report = reach_rupture(work, before, path, limit=limit)
         work, state = break_fibre(work, state, edge)
 
 and marches on with the new workspace from the new state, or ends there: rupture is an outcome.
@@ -19,7 +19,8 @@ from knitlab_core.contact.friction import Memory
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.march import Failure, settle_after_break
 from knitlab_core.equilibrium.model import Model, State
-from knitlab_core.equilibrium.newton import Options
+from knitlab_core.equilibrium.newton import Options, Report
+from knitlab_core.equilibrium.snap_location import with_snap_counted
 from knitlab_core.equilibrium.snap_through import kept
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
@@ -71,8 +72,8 @@ def reach_rupture(
     radius: float = 1.0,
     options: Options | None = None,
     duration: float = 0.0,
-    end: State | None = None,
-) -> tuple[float, State | None, int]:
+    end: tuple[State, Report] | None = None,
+) -> tuple[float, State | None, int, Report | None]:
     """Find where on a step the first fibre reaches its limit.
 
     Parameters
@@ -91,14 +92,15 @@ def reach_rupture(
         How hard to try.
     duration : float
         Time the whole step takes [s].
-    end : State, optional
-        Equilibrium at parameter 1, where it is known.
+    end : (State, Report), optional
+        Equilibrium at parameter 1 and its search, where they are known.
 
     Returns
     -------
-    share, State or None, edge
-        Parameter, equilibrium there, at most `OVERSHOOT` beyond the limit, and the edge that breaks. None where
-        no such equilibrium was found: a step that snaps passes the limit without reaching it.
+    share, State or None, edge, Report or None
+        Parameter, equilibrium there, at most `OVERSHOOT` beyond the limit, the edge that breaks, and the search that
+        found it. None where no such equilibrium was found: a step that snaps passes the limit without reaching it.
+        What a snap on the way sets free is in `snap_work`.
 
     Notes
     -----
@@ -109,17 +111,19 @@ def reach_rupture(
     start = weakest(work.model, state, radius)
     low, high, below, above = 0.0, 1.0, start.strain - aim, np.inf
     at, side, edge = 1.0, 0, start.edge
-    found, ahead = end, None
+    found, report = (None, None) if end is None else end
+    ahead = None
     for _ in range(MOST_TRIALS):
         if found is None:
-            found, _ = advance(work, state, path(at), options, duration=at * duration, ahead=ahead)
+            found, report = advance(work, state, path(at), options, duration=at * duration, ahead=ahead)
+            found = None if found is None else with_snap_counted(state, found, report)
         if found is None:
             high, above, side = at, np.inf, 0
         else:
             spot = weakest(work.model, found, radius)
             off, edge = spot.strain - aim, spot.edge
             if abs(off) <= slack:
-                return at, found, edge
+                return at, found, edge, report
             if off < 0.0:
                 ahead = found.increment
                 low, below, above = at, off, above * (0.5 if side < 0 else 1.0)
@@ -130,7 +134,7 @@ def reach_rupture(
             break
         at = 0.5 * (low + high) if np.isinf(above) else low + (high - low) * below / (below - above)
         found = None
-    return at, None, edge
+    return at, None, edge, report
 
 
 def sever(model: Model, edge: int) -> Model:

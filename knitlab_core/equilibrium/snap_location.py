@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import PATIENCE, Options, Report
-from knitlab_core.equilibrium.snap_through import doubt, doubt_of_each, kept
+from knitlab_core.equilibrium.snap_through import EASY_SEARCH, counted, doubt, doubt_of_each, kept
 
 SUDDEN = 1e-4
 """Least loss of a snap whose place is searched for, as a share of what is stored or was lost so far."""
@@ -53,3 +53,12 @@ def snaps(before: State, after: State, *, quickly: bool = False) -> bool:
     wrong = doubt_of_each(before, after) if quickly else doubt(before, after)
     # Where no fixture moved, loads grew or yarn relaxed: the work of that is not known as well.
     return wrong > 0.0 and kept(before) - kept(after) > max(wrong, SUDDEN * size)
+
+
+def with_snap_counted(before: State, after: State, report: Report) -> State:
+    """Return the end of a step with what a snap on it set free in `snap_work`, if its search may have passed one.
+
+    Every step that becomes a row goes through here, also one that ends where a fibre breaks.
+    """
+    slow = report.continued or report.iterations > EASY_SEARCH
+    return counted(before, after) if slow or snaps(before, after, quickly=True) else after

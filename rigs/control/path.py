@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture
+from knitlab_core.equilibrium.snap_location import with_snap_counted
 from knitlab_core.equilibrium.snap_through import jumps_between
 from knitlab_core.equilibrium.step_control import Pace
 from knitlab_core.errors import ConvergenceError
@@ -190,7 +191,7 @@ def _cut_short(rig: Rig, before: State, axis_path: AxisPath, begin: float, step:
     def path(share: float) -> FloatArray:
         return axis_path.target(rig, begin + share * length)
 
-    share, found, _ = reach_rupture(
+    share, found, _, report = reach_rupture(
         work,
         before,
         path,
@@ -198,22 +199,18 @@ def _cut_short(rig: Rig, before: State, axis_path: AxisPath, begin: float, step:
         radius=rig.fibre_reach,
         options=axis_path.options,
         duration=span,
-        end=step.state,
+        end=(step.state, step.report),
     )
-    if found is None:
-        return whole
-    # Solved once more, for the report of its search.
-    again, report = advance(work, before, path(share), axis_path.options, duration=share * span)
-    if again is None:
+    if found is None or report is None:
         return whole
     at = begin + share * length
     return PathPoint(
         share=at,
         displacement=between(axis_path.start, axis_path.goal, at),
-        state=again,
+        state=found,
         report=report,
         rig=rig,
-        broken=most_strained(rig, again),
+        broken=most_strained(rig, found),
     )
 
 
@@ -238,7 +235,7 @@ def _after(broken: PathPoint, axis_path: AxisPath) -> PathPoint | None:
     return PathPoint(
         share=broken.share,
         displacement=broken.displacement,
-        state=settled,
+        state=with_snap_counted(state, settled, report),
         report=report,
         rig=rig,
         broken=None if axis_path.go_on else broken.broken,

@@ -69,7 +69,9 @@ def test_a_straight_fibre_breaks_at_its_limit(bar: Callable[..., None]) -> None:
     work, rest = fibres((10,))
     # Eight edges of 2 r between the clamps, drawn well beyond the limit in one step.
     travel = 1.37 * limit * 16.0
-    share, state, edge = reach_rupture(work, rest, lambda s: drawn(work, rest, s * travel), limit=limit, options=TIGHT)
+    share, state, edge, _ = reach_rupture(
+        work, rest, lambda s: drawn(work, rest, s * travel), limit=limit, options=TIGHT
+    )
     assert state is not None
     assert 1 <= edge < 9
     bar("straight fibre: strain at rupture", share * travel / 16.0 / limit - 1.0, 1e-4, "1", SOURCE)
@@ -95,7 +97,7 @@ def test_a_bent_fibre_breaks_where_it_curves_too_much(bar: Callable[..., None], 
             q[end] = q[inner] + length / np.linalg.norm(edge) * edge
         return q if turn > 0.0 else rest.q
 
-    share, state, _ = reach_rupture(work, rest, arc, limit=limit, radius=radius)
+    share, state, _, _ = reach_rupture(work, rest, arc, limit=limit, radius=radius)
     assert state is not None
     curvature = 0.2 * share / length
     bar(f"bent fibre of {radius} r: curvature at rupture", curvature * radius / limit - 1.0, 0.01, "1", SOURCE)
@@ -118,7 +120,7 @@ def test_tension_adds_to_bending() -> None:
 
 def test_a_path_that_stays_below_the_limit_breaks_nothing() -> None:
     work, rest = fibres((10,))
-    share, state, _ = reach_rupture(work, rest, lambda s: drawn(work, rest, 0.16 * s), limit=0.02)
+    share, state, _, _ = reach_rupture(work, rest, lambda s: drawn(work, rest, 0.16 * s), limit=0.02)
     assert (share, state) == (1.0, None)
 
 
@@ -173,7 +175,7 @@ def test_a_knit_with_a_broken_yarn_carries_less(bar: Callable[..., None]) -> Non
         before, begin = state, at
         at += 0.0125
         *_, (_, state, _) = march(work, before, lambda s: knit.target(begin + 0.0125 * s), longest=1.0)  # noqa: B023
-    _, broken, edge = reach_rupture(work, before, lambda s: knit.target(begin + 0.0125 * s), limit=limit)
+    _, broken, edge, _ = reach_rupture(work, before, lambda s: knit.target(begin + 0.0125 * s), limit=limit)
     assert broken is not None
     left, found = break_fibre(work, broken, edge)
     assert found.external_work == broken.external_work

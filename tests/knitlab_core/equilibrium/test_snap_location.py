@@ -12,7 +12,9 @@ from knitlab_core.equilibrium import march as marching
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.newton import Report
+from knitlab_core.equilibrium.rupture import OVERSHOOT, reach_rupture, weakest
 from knitlab_core.equilibrium.snap_location import SUDDEN, snaps
+from knitlab_core.equilibrium.snap_through import doubt, kept
 from knitlab_core.equilibrium.step_control import LOCATED, Pace, StepControl
 from knitlab_core.equilibrium.workspace import Workspace
 from tests.knitlab_core.equilibrium.test_snap_through import MIDDLE, RISE, arch, height
@@ -143,3 +145,18 @@ def test_what_sets_hardly_anything_free_is_no_snap_to_look_for(located: list[tup
     hardly = replace(after, external_work=lost - free + 0.5 * SUDDEN * size)
     assert not snaps(before, hardly)
     assert snaps(before, replace(after, external_work=lost - free + 2.0 * SUDDEN * size))
+
+
+def test_a_snap_on_the_way_to_a_break_is_counted() -> None:
+    work, rest = pressed()
+    end, _ = advance(work, rest, spread(rest, 0.4))
+    assert end is not None
+    # The arch is strained most right after it went through.
+    limit = weakest(work.model, end).strain / (1.0 + 0.5 * OVERSHOOT)
+    _, found, _, report = reach_rupture(work, rest, lambda at: spread(rest, 0.4 * at), limit=limit)
+    assert found is not None
+    assert report is not None
+    assert height(rest) > 0.0 > height(found)
+    lost = kept(rest) - kept(found)
+    assert lost > doubt(rest, found)
+    assert found.snap_work - rest.snap_work == pytest.approx(lost, rel=1e-12)
