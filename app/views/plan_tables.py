@@ -118,7 +118,7 @@ def _limit_lines(plan: Plan) -> Iterator[str]:
     strained = fibre_line(spec, plan.fibre_strain)
     if strained:
         yield strained
-    if not limits_of(spec):
+    if not limits_of(spec) and spec.breaks_at is None:
         yield f"no strength or elongation at break of {spec.substance.name} is known: no limit of it is watched"
     if not plan.warnings:
         yield "no limit would be passed, as far as it can be foreseen"
