@@ -155,10 +155,7 @@ class Workspace:
         return g
 
     def assemble(self, *, exact: float = 1.0) -> None:
-        """Assemble the stiffness, fixed unknowns still included.
-
-        `exact` is the weight of the second derivatives of distance and slip: without them contacts only add stiffness.
-        """
+        """Assemble the stiffness, fixed unknowns included; without `exact` derivatives contacts only add stiffness."""
         stiffness = self.stiffness
         if not self.contacts.fits(stiffness.pattern):
             self._analyse(self.rods.q)
@@ -172,7 +169,5 @@ class Workspace:
         """Accept the configuration as an equilibrium; return what friction remembers, and its work."""
         with self.clock("friction"):
             memory, work = self.contacts.settle()
-            if self.hooks is None:
-                return memory, PoleMemory.empty(), work
-            poles, rubbed = self.hooks.settle()
+            poles, rubbed = (PoleMemory.empty(), 0.0) if self.hooks is None else self.hooks.settle()
             return memory, poles, work + rubbed
