@@ -43,7 +43,7 @@ RESIN = material((0.02, 0.02), (0.08, 0.05), (0.2, 0.06))
 
 
 class Scene:
-    """Two rods of ten and six nodes that were strained and yielded before, strained anew."""
+    """Two rods of nine and six nodes that yielded before and are strained again."""
 
     def __init__(self, seed: int, *, relaxes: bool = False, section: Section = SOLID) -> None:
         rng = np.random.default_rng(seed)
