@@ -32,7 +32,7 @@ PATIENCE: Final = 180.0
 TINY: Final = JobSpec(name="tiny", protocol=PROTOCOL, pictures=False)
 #: The same cycle hundreds of times: minutes, unless something stops it.
 LONG: Final = JobSpec(name="long", protocol=PROTOCOL.replace("n: 1", "n: 2000"), pictures=False)
-#: A knit so large that nearly all its time is spent inside kernels, with more cycles than any machine is given time for.
+#: A knit so large that nearly all its time is spent inside kernels, with more cycles than it is given time for.
 BUSY: Final = JobSpec(
     name="busy", protocol=PROTOCOL.replace("[2, 2]", "[12, 12]").replace("n: 1", "n: 500"), pictures=False
 )
