@@ -80,6 +80,8 @@ def _near_spans(
                         # Spans of one strand that share nodes are never paired.
                         if j - i < 3 and samples.strand[i] == samples.strand[j]:
                             continue
+                        if samples.image[i] and samples.image[j]:
+                            continue
                         d = sub(x, row(centre, t))
                         if dot(d, d) > (own + radius[t]) ** 2:
                             continue

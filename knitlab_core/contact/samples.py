@@ -7,7 +7,7 @@ to the middle of edge i; it carries m samples, each a fixed material point.
 
 from typing import NamedTuple
 
-from knitlab_core.arrays import FloatArray, IndexArray
+from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.jit import inline_kernel, kernel
 from knitlab_core.rods.vectors import Vector
 
@@ -17,7 +17,8 @@ class Samples(NamedTuple):
 
     `spans`: (M,) inner nodes; `weights`: (m, 3) of a span's nodes; `length`:
     (N,) rest length a sample of span i stands for; `strand`: (N,) strand of a
-    node; `arc`: (N,) rest arc length at a node.
+    node; `arc`: (N,) rest arc length at a node; `image`: (N,) whether a node is
+    an image of another (`ties`): two images are no pair.
     """
 
     spans: IndexArray
@@ -25,6 +26,7 @@ class Samples(NamedTuple):
     length: FloatArray
     strand: IndexArray
     arc: FloatArray
+    image: BoolArray
 
 
 @inline_kernel

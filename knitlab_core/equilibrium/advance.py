@@ -12,6 +12,7 @@ from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.step_control import Motion, lead_of, path_error
 from knitlab_core.equilibrium.terms import RodTerm
+from knitlab_core.equilibrium.ties import spread
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.sparse.sums import inner, length
@@ -33,7 +34,7 @@ def _guess(work: Workspace, state: State, motion: FloatArray, way: Motion, ahead
     if not motion.any():
         return motion if ahead is None else np.where(fixed, motion, ahead)
     if ahead is not None:
-        return np.where(fixed, motion, length(motion) / length(ahead * fixed) * ahead)
+        return np.where(fixed, motion, length(motion * fixed) / length(ahead * fixed) * ahead)
     if way.goes_on and state.contacts == 0:
         return np.where(fixed, motion, way.ratio * state.increment)
     if way.goes_on and state.response is not None:
@@ -55,6 +56,8 @@ def _approach(work: Workspace, state: State, motion: FloatArray, guess: FloatArr
     for _ in range(MOST_PARTS):
         room = work.contacts.collision_free_fraction(q, guess, SAFE)
         q = q + room * guess if room < 1.0 else np.where(fixed, state.q + motion, q + guess)
+        if work.model.ties is not None:
+            spread(work.model.ties, q)
         frames, before = frames.copy(), frames
         follow(q, has_edge, before, frames)
         work.contacts.keep_listed(q)
@@ -128,7 +131,7 @@ def _search(
 ) -> tuple[State | None, Report]:
     """Find the equilibrium of the rods of a step."""
     model = work.model
-    motion = np.where(model.fixed, target - state.q, 0.0)
+    motion = model.moved(state.q, target)
     way = Motion.of(state, motion, model.fixed)
     lead = lead_of(state, way)
     work.start_step(state.q, state.frames, state.memory, state.bonds.hold, state.poles, lead, rods=rods, drag=drag)

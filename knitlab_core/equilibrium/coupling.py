@@ -4,6 +4,7 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.pattern import free_only
+from knitlab_core.equilibrium.ties import gather
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.sparse.gmres import solve_coupled
 
@@ -15,6 +16,8 @@ def load_coupling(work: Workspace, v: FloatArray) -> FloatArray:
         work.contacts.add_load_coupling(v, out)
         if work.hooks is not None:
             work.hooks.add_load_coupling(v, out)
+        if work.model.ties is not None:
+            gather(work.model.ties, out)
         free_only(work.model.fixed, out)
     return out
 

@@ -13,6 +13,8 @@ from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, sampl
 from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.contact.samples import Samples
 from knitlab_core.equilibrium.hook_friction import Hooks, PoleMemory
+from knitlab_core.equilibrium.links import Links
+from knitlab_core.equilibrium.ties import Ties, spread
 from knitlab_core.errors import GeometryError
 from knitlab_core.rods.frames import Frames
 from knitlab_core.rods.relaxation import Relaxation
@@ -69,6 +71,10 @@ class Model:
         Fused points as printed; None where strands do not fuse.
     hooks : Hooks or None
         Hooks on poles that rub, and wires; None where hooks are pins that slide freely.
+    ties : Ties or None
+        Nodes that are images of others in a periodic cell; None in a specimen with edges.
+    links : Links or None
+        Weak springs that hold strands where nothing else does; None where fixtures do.
     """
 
     rods: Rods
@@ -81,6 +87,15 @@ class Model:
     yielding: Yielding | None = None
     bonds: Bonds | None = None
     hooks: Hooks | None = None
+    ties: Ties | None = None
+    links: Links | None = None
+
+    def moved(self, q: FloatArray, target: FloatArray) -> FloatArray:
+        """Return the motion (N, 4) from `q` of the fixed unknowns to a target, and of the images that follow them."""
+        motion = np.where(self.fixed, target - q, 0.0)
+        if self.ties is not None:
+            spread(self.ties, motion)
+        return motion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,16 +220,16 @@ def make_model(
     rods, frames = make_rods(x, sizes, poisson_ratio=poisson_ratio, straight=straight)
     fixed = np.zeros((len(x), 4), dtype=np.bool_)
     fixed[:, 3] = ~rods.has_edge
-    rods = _storing(with_section(rods, section), soft)
-    state = _unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
+    rods = storing(with_section(rods, section), soft)
+    state = unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
-    samples, law = _make_samples(rods, sizes, edge, sample_spacing), make_law(poisson_ratio, friction, slip=SLIP)
+    samples, law = make_samples(rods, sizes, edge, sample_spacing), make_law(poisson_ratio, friction, slip=SLIP)
     if printed and least_distance(state.q, samples, law) < law.reach:
-        samples = _make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))
-        law = _narrowed(law, least_distance(state.q, samples, law))
+        samples = make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))
+        law = narrowed(law, least_distance(state.q, samples, law))
     model = Model(
         rods=rods,
-        force_floor=_force_floor(rods),
+        force_floor=force_floor(rods),
         samples=samples,
         law=law,
         fixed=fixed,
@@ -227,7 +242,7 @@ def make_model(
     return replace(model, bonds=found), replace(state, bonds=BondState.printed(found.a.size))
 
 
-def _narrowed(law: ContactLaw, least: float) -> ContactLaw:
+def narrowed(law: ContactLaw, least: float) -> ContactLaw:
     """Return the contact law of strands whose samples are nearer than its reach as printed."""
     overlap = law.distance - least
     if overlap > MOST_OVERLAP:
@@ -236,14 +251,14 @@ def _narrowed(law: ContactLaw, least: float) -> ContactLaw:
     return law_as_printed(law, least)
 
 
-def _force_floor(rods: Rods) -> float:
+def force_floor(rods: Rods) -> float:
     """Return the smallest force by which residuals are judged [E r^2]."""
     inner = rods.is_inner
     bent = rods.bend_stiffness[inner] * (rods.rest_curvature[inner] ** 2).sum(axis=1) / rods.span[inner]
     return max(SMALLEST_FLOOR, FLOOR_SHARE * float(bent.sum()) / float(rods.span[inner].sum()))
 
 
-def _storing(rods: Rods, soft: BoolArray) -> Rods:
+def storing(rods: Rods, soft: BoolArray) -> Rods:
     """Return rods of which only the nodes (N,) that are soft store energy."""
     return rods._replace(
         stretch_stiffness=rods.stretch_stiffness * soft,
@@ -252,7 +267,7 @@ def _storing(rods: Rods, soft: BoolArray) -> Rods:
     )
 
 
-def _make_samples(rods: Rods, sizes: tuple[int, ...], edge: float, spacing: float) -> Samples:
+def make_samples(rods: Rods, sizes: tuple[int, ...], edge: float, spacing: float) -> Samples:
     """Spread contact samples along rods of the given node counts and mean edge, as near as may be to a spacing [r]."""
     m = max(1, round(edge / spacing))
     return Samples(
@@ -261,10 +276,11 @@ def _make_samples(rods: Rods, sizes: tuple[int, ...], edge: float, spacing: floa
         length=rods.span / m,
         strand=np.repeat(np.arange(len(sizes)), sizes),
         arc=np.concatenate([[0.0], np.cumsum(rods.rest_length[:-1])]),
+        image=np.zeros(len(rods.span), dtype=np.bool_),
     )
 
 
-def _unstressed(q: FloatArray, frames: Frames) -> State:
+def unstressed(q: FloatArray, frames: Frames) -> State:
     """Return the state of rods as they were made: nothing stored, nothing remembered."""
     return State(
         q=q,

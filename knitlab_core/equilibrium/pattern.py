@@ -5,6 +5,7 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.bonds import Bonds
 from knitlab_core.contact.pairs import Candidates
+from knitlab_core.equilibrium.links import Links
 from knitlab_core.jit import kernel
 from knitlab_core.sparse.blocks import Pattern
 
@@ -17,13 +18,14 @@ def _across_keys(candidates: Candidates | Bonds, n: int) -> IndexArray:
     return (columns * n + rows).reshape(-1, 9)
 
 
-def make_pattern(n: int, candidates: Candidates, bonds: Bonds | None = None) -> Pattern:
-    """Make the pattern of n nodes in rods and the given contacts and bonds; `across` is that of the contacts."""
+def make_pattern(n: int, candidates: Candidates, bonds: Bonds | None = None, links: Links | None = None) -> Pattern:
+    """Make the pattern of n nodes in rods and the given contacts, bonds and links; `across` is that of the contacts."""
     i = np.arange(n)
     across = _across_keys(candidates, n)
     rods = [i * n + i, i[:-1] * n + i[1:], i[:-2] * n + i[2:]]
     bonded = [] if bonds is None else [_across_keys(bonds, n).ravel()]
-    keys = np.unique(np.concatenate([*rods, across.ravel(), *bonded]))
+    linked = [] if links is None else [links.keys(n)]
+    keys = np.unique(np.concatenate([*rods, across.ravel(), *bonded, *linked]))
     none = np.full(2, -1, dtype=np.int64)
     places = [np.searchsorted(keys, k) for k in rods]
     return Pattern(

@@ -5,8 +5,10 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.bonds import Bonds
 from knitlab_core.contact.pairs import Candidates
+from knitlab_core.equilibrium.links import Links
 from knitlab_core.equilibrium.pattern import fix_unknowns, free_only, make_pattern, multiply
 from knitlab_core.equilibrium.stopwatch import Stopwatch
+from knitlab_core.equilibrium.ties import Folding, Ties, fold, gather, make_folding, spread
 from knitlab_core.sparse.blocks import Pattern
 from knitlab_core.sparse.cholesky import BlockCholesky
 
@@ -25,6 +27,8 @@ class Stiffness:
         Unknowns that are prescribed.
     clock : Stopwatch
         Where time and factorisations are counted.
+    ties : Ties, optional
+        Nodes that are images of others; vectors that are solved for have their motions too.
 
     Attributes
     ----------
@@ -38,8 +42,10 @@ class Stiffness:
 
     pattern: Pattern
 
-    def __init__(self, fixed: BoolArray, clock: Stopwatch) -> None:
-        self._fixed, self._clock = fixed, clock
+    def __init__(self, fixed: BoolArray, clock: Stopwatch, ties: Ties | None = None) -> None:
+        self._fixed, self._clock, self._ties = fixed, clock, ties
+        self._folding: Folding | None = None
+        self._folded = np.zeros((0, 4, 4))
         self._linear: BlockCholesky | None = None
         self._pull: tuple[FloatArray, BlockCholesky] | None = None
         self._whole = False
@@ -51,10 +57,16 @@ class Stiffness:
         """Return whether there is a pattern."""
         return self._linear is not None
 
-    def analyse(self, q: FloatArray, near: Candidates, bonds: Bonds | None) -> None:
-        """Make the pattern of rods, sample pairs and bonds, and an order of elimination by places `q`."""
-        self.pattern = make_pattern(len(q), near, bonds)
-        self._linear = BlockCholesky(self.pattern, q[:, :3])
+    def analyse(self, q: FloatArray, near: Candidates, bonds: Bonds | None, links: Links | None = None) -> None:
+        """Make the pattern of rods, sample pairs, bonds and links, and an order of elimination by places `q`."""
+        self.pattern = make_pattern(len(q), near, bonds, links)
+        if self._ties is None:
+            self._linear = BlockCholesky(self.pattern, q[:, :3])
+        else:
+            self._folding = make_folding(self._ties, self.pattern)
+            folded = self._folding.pattern
+            self._linear = BlockCholesky(folded, q[self._ties.kept, :3])
+            self._folded = np.zeros((folded.rows.size, 4, 4))
         self.blocks = np.zeros((self.pattern.rows.size, 4, 4))
 
     def clear(self) -> FloatArray:
@@ -76,6 +88,8 @@ class Stiffness:
             raise RuntimeError(msg)
         out = np.zeros_like(v)
         multiply(self.pattern, self.blocks, v, out)
+        if self._ties is not None:
+            gather(self._ties, out)
         return out
 
     def pull(self, motion: FloatArray) -> FloatArray:
@@ -104,11 +118,10 @@ class Stiffness:
             shift = 0.0
         shift = max(shift, least)
         with self._clock("factor"):
-            fix_unknowns(self.pattern, self._fixed, self.blocks)
-            self._whole = False
+            blocks = self._held()
             while True:
                 self._clock.factorisations += 1
-                if self._linear.factor(self.blocks, shift):
+                if self._linear.factor(blocks, shift):
                     self.shift = shift
                     return True
                 shift = max(SHIFT_GROWTH * shift, SMALLEST_SHIFT)
@@ -116,8 +129,18 @@ class Stiffness:
                     self.shift = 0.0
                     return False
 
+    def _held(self) -> FloatArray:
+        """Return the blocks of the unknowns that are solved for, with fixed ones held."""
+        if self._ties is None or self._folding is None:
+            fix_unknowns(self.pattern, self._fixed, self.blocks)
+            self._whole = False
+            return self.blocks
+        fold(self._folding, self.blocks, self._folded)
+        fix_unknowns(self._folding.pattern, self._fixed[self._ties.kept], self._folded)
+        return self._folded
+
     def solve(self, b: FloatArray) -> FloatArray:
-        """Return K^-1 b (N, 4) for the last factor; `b` must vanish at fixed unknowns.
+        """Return K^-1 b (N, 4) for the last factor; `b` must vanish at fixed unknowns, and counts for no images.
 
         Raises
         ------
@@ -128,4 +151,9 @@ class Stiffness:
             msg = "factor before solving"
             raise RuntimeError(msg)
         with self._clock("solve"):
-            return self._linear.solve(b)
+            if self._ties is None:
+                return self._linear.solve(b)
+            x = np.zeros_like(b)
+            x[self._ties.kept] = self._linear.solve(b[self._ties.kept])
+            spread(self._ties, x)
+            return x

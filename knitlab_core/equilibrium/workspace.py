@@ -10,11 +10,13 @@ from knitlab_core.contact.slip import Placed, material_frames, place_edges
 from knitlab_core.equilibrium.bonds import BondTerm
 from knitlab_core.equilibrium.contacts import ContactTerm
 from knitlab_core.equilibrium.hook_friction import HookTerm, PoleMemory
+from knitlab_core.equilibrium.links import LinkTerm
 from knitlab_core.equilibrium.model import Model
 from knitlab_core.equilibrium.solver_state import SolverState
 from knitlab_core.equilibrium.stiffness import Stiffness
 from knitlab_core.equilibrium.stopwatch import Stopwatch
 from knitlab_core.equilibrium.terms import DeadLoads, Drag, RodTerm, Term
+from knitlab_core.equilibrium.ties import gather
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.sparse.gmres import make_basis
 
@@ -34,8 +36,9 @@ class Workspace:
 
     Attributes
     ----------
-    rods, contacts, bonds, hooks, dead, drag : Term
-        Terms of the energy; None where strands do not fuse, hooks neither rub nor are wires, and where nothing drags.
+    rods, contacts, bonds, links, hooks, dead, drag : Term
+        Terms of the energy; None where strands do not fuse, nothing is linked, hooks neither rub nor are wires, and
+        where nothing drags.
         `dead.loads` (N, 4) may be written to.
     stiffness : Stiffness
         Second derivatives of all terms.
@@ -53,8 +56,9 @@ class Workspace:
         self.contacts = ContactTerm(self.placed, model.samples, model.law, self.clock)
         self.hooks = None if model.hooks is None else HookTerm(model.hooks, model.law.slip)
         self.bonds: BondTerm | None = None
+        self.links = None if model.links is None else LinkTerm(model.links)
         self.drag: Drag | None = None
-        self.stiffness = Stiffness(model.fixed, self.clock)
+        self.stiffness = Stiffness(model.fixed, self.clock, model.ties)
         self.basis = make_basis(4 * n)  # of Krylov vectors, for `coupling`
         self._base_frames, self._trial = np.zeros((n, 3, 3)), Frames.zeros(n)
         self._hold: FloatArray | None = None
@@ -63,7 +67,7 @@ class Workspace:
     @property
     def terms(self) -> list[Term]:
         """Return the terms in the order of their sums; hooks last, whose loads are the forces of all others."""
-        terms = (self.rods, self.contacts, self.dead, self.drag, self.bonds, self.hooks)
+        terms = (self.rods, self.contacts, self.dead, self.drag, self.bonds, self.links, self.hooks)
         return [term for term in terms if term is not None]
 
     def start_step(
@@ -116,7 +120,8 @@ class Workspace:
         """Make a pattern with room to move in about `q`, and make ready to factor it."""
         with self.clock("analyse"):
             near = find_candidates(q, self.model.samples, self.model.law, PATTERN_SKIN)
-            self.stiffness.analyse(q, near, None if self.bonds is None else self.bonds.bonds)
+            bonds = None if self.bonds is None else self.bonds.bonds
+            self.stiffness.analyse(q, near, bonds, self.model.links)
             self._made = q.copy(), self._hold
         self._terms_fit()
 
@@ -147,11 +152,13 @@ class Workspace:
             return sum(term.energy() for term in self.terms)
 
     def gradient(self) -> FloatArray:
-        """Return the gradient of the energy (N, 4), fixed unknowns included."""
+        """Return the gradient of the energy (N, 4), fixed unknowns included; that of images is at what they follow."""
         g = np.zeros((len(self.model.fixed), 4))
         with self.clock("gradient"):
             for term in self.terms:
                 term.add_gradient(g)
+            if self.model.ties is not None:
+                gather(self.model.ties, g)
         return g
 
     def assemble(self, *, exact: float = 1.0) -> None:

@@ -17,11 +17,13 @@ fibre_clearance  ... refused where they overlap
 clasp       ... whether loops hold each other
 mesh        where the nodes are
 specimen    nodes in metres, checked
+cell        ... of a periodic cell, which has no edges
 plates      which of them a load plate is printed around
 wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
+from knitlab_core.knits.cell import is_planar, knit_cell
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
 from knitlab_core.knits.clasp import ClaspNodes, clasp_counts, clasp_nodes, clasp_numbers, clasps_held, joined_clasps
 from knitlab_core.knits.clearance import check_clearance
@@ -35,7 +37,7 @@ from knitlab_core.knits.own_centreline import OwnCentreline
 from knitlab_core.knits.planar import planar_line
 from knitlab_core.knits.plates import Plates, plate_nodes
 from knitlab_core.knits.registry import fabric_named, fabric_names, register
-from knitlab_core.knits.specimen import Specimen, knit_specimen
+from knitlab_core.knits.specimen import Cell, Specimen, knit_specimen
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch
 from knitlab_core.knits.volumetric import volumetric
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES, VolumetricStitch
@@ -45,6 +47,7 @@ __all__ = [
     "NAMED_STITCHES",
     "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
+    "Cell",
     "Centreline",
     "ClaspNodes",
     "Clasps",
@@ -73,7 +76,9 @@ __all__ = [
     "fabric_named",
     "fabric_names",
     "fibre_strands",
+    "is_planar",
     "joined_clasps",
+    "knit_cell",
     "knit_specimen",
     "locking_strain",
     "planar_line",

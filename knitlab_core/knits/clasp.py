@@ -83,7 +83,9 @@ def clasps_held(nodes: FloatArray, clasps: Mapping[str, ClaspNodes]) -> dict[str
 
 
 def clasp_counts(specimen: Specimen) -> dict[str, int]:
-    """Return how many clasps a knit has, by what is joined; those of a printed knit all hold."""
+    """Return how many clasps a printed knit has, by what is joined; those of a periodic cell are not counted."""
+    if specimen.cell is not None:
+        return {}
     clasps = specimen.fabric.clasps(specimen.centreline, specimen.counts)
     return {joined: prod(one.heads.shape[:-1]) for joined, one in clasps.items()}
 
@@ -103,8 +105,10 @@ class ClaspNodes(NamedTuple):
 
 
 def clasp_nodes(specimen: Specimen) -> Mapping[str, ClaspNodes]:
-    """Return the nodes of every clasp by what is joined, ``rows`` or ``layers``."""
-    found = {}
+    """Return the nodes of every clasp by what is joined, ``rows`` or ``layers``; none of a cell."""
+    found: dict[str, ClaspNodes] = {}
+    if specimen.cell is not None:
+        return found
     for joined, clasps in specimen.fabric.clasps(specimen.centreline, specimen.counts).items():
         first, last = _nodes_between(specimen, *np.moveaxis(clasps.heads, -1, 0))
         half = np.abs(last - first) // 2

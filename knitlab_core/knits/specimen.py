@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,19 @@ if TYPE_CHECKING:
 
 FEWEST_NODES_PER_LOOP: Final = 8
 MOST_NODES_PER_LOOP: Final = 1000
+
+
+class Cell(NamedTuple):
+    """What repeats.
+
+    `vectors`: (2, 3) along the course and along the wale [m]; `shifts`: by row, (1, 0) where it goes on with the next
+    cell along the course and (-1, 0) where the yarn comes back; `reach`: so many cells away along each vector strands
+    may touch.
+    """
+
+    vectors: FloatArray
+    shifts: tuple[tuple[int, int], ...]
+    reach: tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,6 +72,8 @@ class Specimen:
         Node indices of each set of boundary sites, hook by hook one of every strand: along +x (``wale``) or +y
         (``course``), on the faces of a volumetric knit by layer, row and +x; only such a knit has ``pile+`` and
         ``pile-``.
+    cell : Cell or None
+        What repeats in a specimen without edges, whose strands are its rows; None in one that has edges.
     """
 
     nodes: FloatArray
@@ -74,6 +89,7 @@ class Specimen:
     yarn_length: float
     clearance: float
     sites: Mapping[SiteSet, IndexArray]
+    cell: Cell | None = None
 
     @property
     def counts(self) -> Counts:
@@ -126,7 +142,7 @@ def knit_specimen(
         If strands overlap (it names both places), the yarn bends tighter than its own radius, or rows or layers do
         not hold each other.
     """
-    _check_size(loop_width, nodes_per_loop)
+    check_size(loop_width, nodes_per_loop)
     counts = Counts(rows, loops, layers)
     if layers != 1 and "P" not in fabric.axes:
         raise SpecificationError("specimen.layers", layers, "1: a planar knit has one layer")
@@ -156,7 +172,14 @@ def knit_specimen(
     )
 
 
-def _check_size(loop_width: float, nodes_per_loop: int) -> None:
+def check_size(loop_width: float, nodes_per_loop: int) -> None:
+    """Refuse a loop width or a mesh out of its range.
+
+    Raises
+    ------
+    SpecificationError
+        Naming the field.
+    """
     if not is_positive(loop_width):
         raise SpecificationError("specimen.loop_width", loop_width, "a length above 0 m")
     check_count("specimen.nodes_per_loop", nodes_per_loop, most=MOST_NODES_PER_LOOP, least=FEWEST_NODES_PER_LOOP)
