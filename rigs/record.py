@@ -77,6 +77,8 @@ class Equilibrium:
         Fused points that hold, and that broke.
     clasps : Mapping
         Clasps that hold, by what they join: ``rows``, and ``layers`` of a volumetric knit; empty where unknown.
+    cell : Mapping
+        Lengths of a periodic cell along its axes, those that nothing drives too [m]; empty for a specimen with edges.
     fibre_strain : float
         Largest strain at the surface of any fibre, |axial| + r |bending| [1].
     residual : float
@@ -115,6 +117,7 @@ class Equilibrium:
     bonds_whole: int = 0
     bonds_broken: int = 0
     clasps: Mapping[str, int] = field(default_factory=dict)
+    cell: Mapping[Axis, float] = field(default_factory=dict)
     fibre_strain: float = 0.0
     residual: float
     contacts: int
@@ -201,8 +204,18 @@ class Outcome:
     unfinished: Cost = field(default_factory=Cost)
 
 
-def units(axes: Sequence[Axis], clasps: Iterable[str] = ()) -> dict[str, str]:
-    """Return the SI unit of every column of an `Equilibrium` on some axes, in its order, with the clasps of a knit."""
+def units(axes: Sequence[Axis], clasps: Iterable[str] = (), cell: Iterable[Axis] = ()) -> dict[str, str]:
+    """Return the SI unit of every column of an `Equilibrium`, in its order.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        The axes that are driven.
+    clasps : iterable of str
+        What the knit's clasps join.
+    cell : iterable of Axis
+        Axes of a periodic cell.
+    """
     return {
         "time": "s",
         **{f"displacement_{axis}": "m" for axis in axes},
@@ -224,6 +237,7 @@ def units(axes: Sequence[Axis], clasps: Iterable[str] = ()) -> dict[str, str]:
         "bonds_whole": "1",
         "bonds_broken": "1",
         **{f"clasps_{joined}": "1" for joined in clasps},
+        **{f"cell_{axis}": "m" for axis in cell},
         "fibre_strain": "1",
         "residual": "1",
         "contacts": "1",

@@ -70,6 +70,7 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
     wires: int = 0,
     limits: Sequence[MaterialLimit] = (),
     clasps: Iterable[str] = (),
+    cell: Iterable[Axis] = (),
 ) -> Path:
     """Create the record of a run without rows, atomically.
 
@@ -99,6 +100,8 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
         Limits of the material whose first crossing the record names.
     clasps : iterable of str
         What the knit's clasps join, ``rows`` or ``layers``; empty where they are unknown.
+    cell : iterable of Axis
+        Axes of a periodic cell; empty for a specimen with edges.
 
     Returns
     -------
@@ -117,7 +120,7 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
         file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
         file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TAG)
         file.attrs.update({**provenance, **facts})
-        _make_equilibria(file, axes, clasps)
+        _make_equilibria(file, units(axes, clasps, cell))
         for name, nodes in zip(PLATES, plates or (), strict=False):
             file.create_dataset(f"plates/{name}", data=nodes)
         make_frames(file, axes, strands, wires)
@@ -180,9 +183,9 @@ def _phase_and_tag(table: h5py.Group, packing: Mapping[str, object] | None = Non
     _column(table, "tag", "i4", packing=packing)
 
 
-def _make_equilibria(file: h5py.File, axes: Sequence[Axis], clasps: Iterable[str]) -> None:
+def _make_equilibria(file: h5py.File, columns: Mapping[str, str]) -> None:
     table = file.create_group("equilibria")
-    for name, unit in units(axes, clasps).items():
+    for name, unit in columns.items():
         _column(table, name, "i8" if name in _WHOLE or name.startswith(COLUMN) else "f8", unit)
     _phase_and_tag(table)
     _column(table, CHECKSUM, "u4")

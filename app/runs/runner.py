@@ -143,6 +143,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
         clasps=clasp_nodes(rig.specimen),
+        cell=() if rig.specimen.cell is None else ("C", "W"),
     )
     # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)

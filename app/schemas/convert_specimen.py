@@ -92,6 +92,7 @@ def to_specimen(
             viscoelastic=model.viscoelastic and substance is not None,
             yields=model.yields and substance is not None,
             rupture="off" if substance is None else model.rupture,
+            periodic=model.periodic,
         )
 
     with at(document, ("specimen",)):
@@ -144,6 +145,7 @@ def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[
         "viscoelastic": "on" if spec.viscoelastic else "off",
         "yield": "on" if spec.yields else "off",
         "rupture": spec.rupture,
+        **({"periodic": "on"} if spec.periodic else {}),
     }
 
 

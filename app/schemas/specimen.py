@@ -138,3 +138,4 @@ class SpecimenModel(Model):
     viscoelastic: Switch = Field(default=False, description="on or off")
     yields: Switch = Field(default=False, alias="yield", description="on or off")
     rupture: RuptureSwitch = Field(default="off", description="off, stop or go on")
+    periodic: Switch = Field(default=False, description="on, a cell of an endless fabric, or off")

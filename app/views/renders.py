@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.views.cameras import FROM_ABOVE, view_of
+from app.views.cells import lengths_at, lengths_of, middle_of, outline, window_of, with_images
 from app.views.curves import prefixed
 from app.views.plots import BEYOND, NAMES, TITLE
 from app.views.tube_images import tube_images
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from app.records.reader import RunReader
     from app.views.cameras import View
-    from app.views.tubes import Tube
+    from app.views.tubes import Tube, Window
     from knitlab_core.knits import Specimen
     from rigs.axes import FloatArray
     from rigs.record import Frame
@@ -78,6 +79,9 @@ def knit_frames(run: RunReader, path: Path) -> Path:
         tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius, strands=run.strands)
         for frame in frames
     ]
+    cells = lengths_at(run, frames)
+    middles = [middle_of(frame.nodes) for frame in frames]
+    tubes = [with_images(one, lengths) for one, lengths in zip(tubes, cells, strict=True)] if cells else tubes
     limit = min((crossing.limit for crossing in run.crossings), key=lambda one: one.strain, default=None)
     moved = any("displacement" in zero.kinds and any(zero.travel.values()) for zero in run.zeroings or ())
     titles = [_strain_title(frame, "strain from as printed" if moved else "strain") for frame in frames]
@@ -88,12 +92,15 @@ def knit_frames(run: RunReader, path: Path) -> Path:
         ]
 
     def add(figure: Figure) -> None:
+        for axes, middle, lengths in zip(figure.axes, middles, cells, strict=False):
+            outline(axes, middle, lengths)
         for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
             _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
             for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
                 axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
 
-    return save(draw(tubes, titles, AXIAL, add, signed=True, view=view), path)
+    window = window_of(middles, cells) if cells else None
+    return save(draw(tubes, titles, AXIAL, add, signed=True, view=view, window=window), path)
 
 
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
@@ -164,16 +171,22 @@ def specimen_picture(specimen: Specimen, path: Path) -> Path:
     strands = [len(strand) for strand in specimen.strands]
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
     # A knit with hundreds of sites must still be seen behind them.
-    size = min(7.0, 60.0 / np.sqrt(sum(len(indices) for indices in specimen.sites.values())))
+    size = min(7.0, 60.0 / np.sqrt(max(1, sum(len(indices) for indices in specimen.sites.values()))))
+    cell, middle = lengths_of(specimen), middle_of(specimen.nodes)
+    seen = seen if cell is None else with_images(seen, cell)
 
     def add(figure: Figure) -> None:
         for name, indices in specimen.sites.items():
             x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
             colour = SITE_COLOURS.get(name, "black")
             figure.axes[0].plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
-        figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
+        if cell is not None:
+            outline(figure.axes[0], middle, cell)
+        if specimen.sites:
+            figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
 
-    return save(draw([seen], [title], f"height z [{letter}m]", add, view=view), path)
+    window = None if cell is None else window_of([middle], [cell])
+    return save(draw([seen], [title], f"height z [{letter}m]", add, view=view, window=window), path)
 
 
 def draw(
@@ -184,6 +197,7 @@ def draw(
     *,
     signed: bool = False,
     view: View = FROM_ABOVE,
+    window: Window | None = None,
 ) -> Figure:
     """Draw tubes side by side, with one colour scale and one length scale.
 
@@ -201,6 +215,8 @@ def draw(
         Whether values have signs, and their colours part at zero.
     view : View
         How the tubes were turned to the eye.
+    window : tuple of 4 floats, optional
+        What is shown, x0, x1, y0, y1 [mm]; by default all of the tubes.
 
     Returns
     -------
@@ -214,7 +230,7 @@ def draw(
 
     from app.views.plotting import DPI, PixelImage, lay_out  # noqa: PLC0415
 
-    window = fit_window(tubes)
+    window = fit_window(tubes) if window is None else window
     width, height = window[1] - window[0], window[3] - window[2]
     colours = SIGNED if signed else HEIGHTS
     (low, high), limits = colour_limits(np.concatenate([one.values for one in tubes]), signed=signed)

@@ -8,19 +8,20 @@ contact. All arrays here are in the solver's units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from knitlab_core.knits import plate_nodes
-from rigs.axes import COORDINATE, SITES
+from rigs.axes import AXES, COORDINATE, SITES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from numpy.typing import NDArray
 
+    from knitlab_core.equilibrium.model import Model
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis, FloatArray, IntArray
     from rigs.protocol.catalogue import Drive, Held
@@ -105,6 +106,26 @@ def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
         for number, (side, nodes) in enumerate(zip(_SIDES, edges, strict=True))
     )
     return negative, positive
+
+
+def ideal_grips(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
+    """Return grips that stretch a periodic cell along an axis: the second holds the cell's vector, the first nothing.
+
+    The node whose position is the vector comes after all others of the model: the course's, then the wale's.
+    """
+    nobody, number = np.empty(0, dtype=np.int64), COORDINATE[axis]
+    held: Held = (axis == "C", axis == "W", False, False)
+    vector = np.array([number - len(specimen.cell.vectors) if specimen.cell else 0])
+    first = Grip(axis=axis, side=-1, nodes=nobody, held=held, pole=None, anchored=nobody, travel=0.0, cell=0.0)
+    return first, replace(first, side=1, nodes=vector, travel=1.0, cell=1.0)
+
+
+def release(specimen: Specimen, model: Model, driven: Collection[Axis]) -> None:
+    """Set free, in place, the lengths of a periodic cell along the axes that nothing drives; it is not sheared."""
+    if specimen.cell is not None and model.ties is not None:
+        for axis, vector in zip(AXES, model.ties.cell, strict=False):
+            if axis not in driven:
+                model.fixed[vector, COORDINATE[axis]] = False
 
 
 def _middle(specimen: Specimen, nodes: IntArray) -> IntArray:

@@ -10,12 +10,13 @@ import numpy as np
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS, make_model
+from knitlab_core.equilibrium.periodic import Period, make_cell
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.section import SOLID, yarn_section
 from knitlab_core.rods.yielding import make_yielding
-from rigs.machines.fixtures import grips_on, largest_lateral, place, prescribe, pull
+from rigs.machines.fixtures import grips_on, ideal_grips, largest_lateral, place, prescribe, pull, release
 from rigs.machines.machine import instruments_on
 from rigs.machines.wires import hang_on_wires, sliding_hooks
 from rigs.protocol.catalogue import arranged, plated
@@ -179,14 +180,20 @@ def mount(
     """
     spec = protocol.specimen
     drives = arranged(protocol.rig, protocol.mount)
-    grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
+    if specimen.cell is None:
+        grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
+    else:
+        grips = {axis: ideal_grips(specimen, axis) for axis in drives}
     wires: tuple[FloatArray, ...] = ()
     if protocol.hook == "wire":
         wires, grips = hang_on_wires(specimen, grips)
     model, state = _model_of(specimen, spec, wires)
-    model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
-    for pair in grips.values():
-        prescribe(pair, model.fixed)
+    if specimen.cell is None:
+        model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
+        for pair in grips.values():
+            prescribe(pair, model.fixed)
+    else:
+        release(specimen, model, grips)
     work = Workspace(model)
     if relaxed and spec.rest_shape == "straight":
         *_, (_, state, _) = knit_in(work, state)
@@ -232,18 +239,28 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray
     material, yarn = spec.substance, specimen.yarn
     straight = spec.rest_shape == "straight"
     section = yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID
-    model, state = make_model(
-        specimen.strands,
-        radius=specimen.radius,
-        young_modulus=material.young_modulus.value,
-        poisson_ratio=material.poisson_ratio.value,
-        friction=spec.friction,
-        section=section,
-        straight=straight,
-        printed=not straight,
-        bonds=spec.fused,
-        wires=wires,
-    )
+    numbers = {
+        "radius": specimen.radius,
+        "young_modulus": material.young_modulus.value,
+        "poisson_ratio": material.poisson_ratio.value,
+        "friction": spec.friction,
+    }
+    if specimen.cell is None:
+        model, state = make_model(
+            specimen.strands,
+            **numbers,
+            section=section,
+            straight=straight,
+            printed=not straight,
+            bonds=spec.fused,
+            wires=wires,
+        )
+    else:
+        periods = [
+            Period(nodes[:-2], shift) for nodes, shift in zip(specimen.strands, specimen.cell.shifts, strict=True)
+        ]
+        cell = specimen.cell
+        model, state = make_cell(periods, cell.vectors, cell.reach, **numbers, section=section, straight=straight)
     relaxation = Relaxation.of(material) if spec.viscoelastic else None
     lasting = 1.0 if relaxation is None else relaxation.lasting
     yielding = make_yielding(material, section, lasting) if spec.yields else None
@@ -270,7 +287,7 @@ def read(rig: Rig, state: State) -> Reading:
             axis: sum(grip.cell * felt for grip, felt in zip(rig.grips[axis], pair, strict=True))
             for axis, pair in pulls.items()
         },
-        imbalance={axis: high - low for axis, (low, high) in pulls.items()},
+        imbalance={axis: 0.0 if rig.specimen.cell else high - low for axis, (low, high) in pulls.items()},
         lateral=unit * max(laterals),
     )
 
@@ -304,7 +321,10 @@ def place_of(rig: Rig, node: int) -> str:
     """Return the place of a node of the yarn as text: row and loop."""
     specimen = rig.specimen
     if node >= len(specimen.nodes):
-        return "a wire"
+        return "a wire" if specimen.cell is None else "an image of the cell"
     fibre, along = divmod(node, len(specimen.arc_lengths))
+    if specimen.cell is not None:
+        loop = along * specimen.loops // (len(specimen.arc_lengths) - 2)
+        return f"row {fibre}, loop {loop % specimen.loops} of the cell"
     place = specimen.centreline.place(float(specimen.arc_lengths[along]) / specimen.loop_width)
     return place if len(rig.strands) == 1 else f"fibre {fibre + 1} at {place}"

@@ -12,7 +12,7 @@ from knitlab_core.rods.rupture import bending_strain as bent_along
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
-    from rigs.axes import FloatArray
+    from rigs.axes import Axis, FloatArray
     from rigs.machines.rig import Rig
 
 
@@ -20,7 +20,7 @@ def axial_strain(rig: Rig, state: State) -> FloatArray:
     """Return the axial strain of every edge as made, strand by strand, shape (E,) [1]; nan where it is broken."""
     rods = rig.work.model.rods
     along = np.where(rods.has_edge, stretched_along(state.q, rods, state.frames), np.nan)
-    return along[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
+    return _of_edges(rig, along)
 
 
 def bending_strain(rig: Rig, state: State) -> FloatArray:
@@ -30,7 +30,25 @@ def bending_strain(rig: Rig, state: State) -> FloatArray:
     """
     rods = rig.work.model.rods
     bent = np.where(rods.has_edge, bent_along(state.q, rods, state.frames, rig.fibre_reach), np.nan)
-    return bent[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
+    return _of_edges(rig, bent)
+
+
+def _of_edges(rig: Rig, values: FloatArray) -> FloatArray:
+    """Return values of all nodes (N,) at the edges as made, strand by strand, shape (E,)."""
+    chosen = values[: len(rig.specimen.nodes) - 1][edges_of(rig.strands)[:-1]]
+    if rig.specimen.cell is not None:
+        # The first and the last edge of a row are one edge, of which each knows the span on one side only.
+        rows = chosen.reshape(len(rig.strands), -1)
+        rows[:, [0, -1]] = 0.5 * (rows[:, 1] + rows[:, -2])[:, None]
+    return chosen
+
+
+def cell_lengths(rig: Rig, state: State) -> dict[Axis, float]:
+    """Return the lengths of a periodic cell along course and wale [m]; empty for a specimen with edges."""
+    if rig.specimen.cell is None:
+        return {}
+    course, wale = rig.work.model.scales.length * state.q[-2:, :3]
+    return {"C": float(course[0]), "W": float(wale[1])}
 
 
 def contact_force(rig: Rig, state: State) -> FloatArray:
@@ -50,6 +68,8 @@ def contact_force(rig: Rig, state: State) -> FloatArray:
 def wire_ends(rig: Rig, state: State) -> FloatArray:
     """Return both ends of every wire, shape (W, 2, 3) [m]."""
     model, yarn = rig.work.model, len(rig.specimen.nodes)
+    if rig.specimen.cell is not None:
+        return np.zeros((0, 2, 3))
     # A strand begins behind a node that no edge leaves.
     ends = np.column_stack(
         [np.flatnonzero(~model.rods.has_edge[yarn - 1 : -1]), np.flatnonzero(~model.rods.has_edge[yarn:])]

@@ -157,6 +157,10 @@ class Protocol:
         require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
         bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
         require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        hooked = "nothing hangs on hooks in a periodic cell"
+        require(self.hook == "pin" or not self.specimen.periodic, "hook", self.hook, f"pin: {hooked}")
+        friction = self.pole_friction
+        require(friction is None or not self.specimen.periodic, "pole_friction", friction, f"none: {hooked}")
         straight = self.specimen.rest_shape == "straight"
         require(self.hook == "pin" or not straight, "hook", self.hook, "pin: wires hold a yarn at rest as printed")
 

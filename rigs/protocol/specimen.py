@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 
-from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, knit_specimen, plate_nodes
+from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, is_planar, knit_cell, knit_specimen, plate_nodes
 from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
 from rigs.axes import COORDINATE, SITES
 from rigs.protocol.bounds import require, require_all
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.knits import SiteSet
+    from knitlab_core.knits.cell import PlanarFabric
     from rigs.axes import Axis, FloatArray
 
 MAX_STITCHES: Final = 10_000
@@ -63,6 +64,8 @@ class SpecimenSpec:
         Whether the yarn yields as its material's curve says; contacts stay elastic.
     rupture : {'off', 'stop', 'go on'}
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
+    periodic : bool
+        Whether it is a cell of an endless fabric: its rows go on without ends and it has no edges.
     """
 
     knit: str | Fabric
@@ -79,9 +82,10 @@ class SpecimenSpec:
     viscoelastic: bool = False
     yields: bool = False
     rupture: Rupture = "off"
+    periodic: bool = False
 
     def __post_init__(self) -> None:
-        require_all(self._require_knit, self._require_material, self._require_numbers)
+        require_all(self._require_knit, self._require_material, self._require_numbers, self._require_cell)
 
     def _require_knit(self) -> None:
         """Raise unless the knit is known, and has as many loops as such a knit can have."""
@@ -95,6 +99,20 @@ class SpecimenSpec:
             require(plain, "yarn", "a yarn of fibres, or fused points", "neither in a filament")
         count = self.rows * self.loops * self.layers
         require(count <= MAX_STITCHES, "loops", f"{count} stitches", f"{MAX_STITCHES} stitches or fewer")
+
+    def _require_cell(self) -> None:
+        """Raise if a periodic cell is asked for what only a specimen with edges has."""
+        if not self.periodic:
+            return
+        fabric = self.fabric
+        bundle = self.yarn is not None and self.yarn.model == "bundle" and self.yarn.fibres > 1
+        planar = is_planar(fabric)
+        require_all(
+            lambda: require(planar, "periodic", "on", "off: this knit is not made of planar rows that repeat"),
+            lambda: require(not bundle, "yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres"),
+            lambda: require(self.fused is None, "fused", "fused points", "none in a periodic cell"),
+            lambda: require(self.rupture == "off", "rupture", self.rupture, "off in a periodic cell"),
+        )
 
     def _require_material(self) -> None:
         """Raise unless the material is known, with the numbers of all that it is asked to do."""
@@ -154,17 +172,26 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn)
+    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn, periodic=spec.periodic)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
 
 
 @lru_cache(maxsize=1)
 def _made(
-    fabric: Fabric, counts: tuple[int, int, int], nodes_per_loop: int, loop_width: float, yarn: Yarn | None
+    fabric: Fabric,
+    counts: tuple[int, int, int],
+    nodes_per_loop: int,
+    loop_width: float,
+    yarn: Yarn | None,
+    *,
+    periodic: bool,
 ) -> Specimen:
     """Make a specimen of so many rows, loops and layers, with loops of a width [m]."""
     rows, loops, layers = counts
+    if periodic:
+        knit = cast("PlanarFabric", fabric)
+        return knit_cell(knit, rows=rows, loops=loops, loop_width=loop_width, nodes_per_loop=nodes_per_loop, yarn=yarn)
     return knit_specimen(
         fabric,
         rows=rows,
@@ -181,7 +208,11 @@ def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axi
 
     A site is a place on the printed yarn. The node that represents it is beside the yarn, at a distance that
     grows with the size of the mesh. Along an axis whose faces are printed into plates it is the gap between these.
+    Those of a periodic cell are what it repeats after.
     """
+    if specimen.cell is not None:
+        course, wale = specimen.cell.vectors
+        return {"C": float(course[0]), "W": float(wale[1])}
     at: dict[SiteSet, FloatArray] = {}
     for name, nodes in specimen.sites.items():
         # The fibres of a bundle hang on the same spots of the yarn.
