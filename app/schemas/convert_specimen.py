@@ -116,7 +116,9 @@ def _by_values(knit: Model, loop_width: float, document: Document, text: NamedTe
 
 def _made_yarn(model: SpecimenModel, fabric: Fabric | None) -> Yarn | None:
     """Return the yarn of fibres of a specimen, if it has one and its knit is known."""
-    return None if model.yarn is None or fabric is None else _yarn(model.yarn, fabric.fibre_radius, model.loop)
+    if model.yarn is None or fabric is None:
+        return None
+    return _yarn(model.yarn, fabric.fibre_radius, model.loop, printed=model.rest_shape == "as-printed")
 
 
 def _nodes_per_loop(model: SpecimenModel) -> int:
@@ -245,8 +247,11 @@ def _in_loop_widths(measure: Measure, loop_width: float) -> float:
     return measure.value / loop_width if measure.metres else measure.value
 
 
-def _yarn(model: YarnModel, single_radius: float, loop_width: float) -> Yarn:
-    """Return a yarn in loop widths: unless told otherwise its fibres have the stitch's own area and lie just apart."""
+def _yarn(model: YarnModel, single_radius: float, loop_width: float, *, printed: bool) -> Yarn:
+    """Return a yarn in loop widths: unless told otherwise its fibres have the stitch's own area and lie just apart.
+
+    Fibres that are printed so near fuse: seen as one rod, such a yarn is glued unless told otherwise.
+    """
     given = {
         name: _in_loop_widths(measure, loop_width)
         for name in ("fibre_radius", "winding_radius")
@@ -257,12 +262,13 @@ def _yarn(model: YarnModel, single_radius: float, loop_width: float) -> Yarn:
     if count > 0:
         radius = given.get("fibre_radius", single_radius / math.sqrt(count))
         values = {"fibre_radius": radius, "winding_radius": same_area(radius * math.sqrt(count), count).winding_radius}
+    fuses = printed and model.model == "yarn" and model.winding_radius is None
     return Yarn(
         fibres=count,
         model=model.model,
         twist=float(model.twist),
         phase=float(model.phase),
-        bonding=float(model.bonding),
+        bonding=float(fuses) if model.bonding is None else float(model.bonding),
         **{**values, **given},
     )
 

@@ -32,12 +32,17 @@ def defaults_of(model: ProtocolModel, protocol: Protocol) -> Mapping[str, str]:
     }
     if model.specimen.model_fields_set & _MESH:
         said.add("specimen.nodes_per_loop")
+    yarn = protocol.specimen.yarn
+    bonded = yarn is not None and yarn.model == "yarn" and yarn.fibres > 1
+    if model.specimen.yarn is not None:
+        said |= {f"specimen.yarn.{name}" for name in model.specimen.yarn.model_fields_set}
     taken = {
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
         "specimen.friction": f"{protocol.specimen.friction:g}",
         "specimen.hook": protocol.hook,
         "specimen.nodes_per_loop": str(protocol.specimen.nodes_per_loop),
+        **({"specimen.yarn.bonding": f"{yarn.bonding:g}"} if yarn is not None and bonded else {}),
         "log.rate": write(protocol.log.rate, "frequency"),
         "log.noise": "on" if protocol.log.noise else "off",
         "log.seed": str(protocol.log.seed),

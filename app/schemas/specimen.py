@@ -90,7 +90,7 @@ class YarnModel(Model):
     winding_radius: StitchValue | None = Field(default=None, description=_LENGTH)
     twist: float = Field(default=0.0, description="a number of radians per loop width of yarn, such as 2")
     phase: float = Field(default=0.0, description="a number of radians")
-    bonding: float = Field(default=0.0, description="a number from 0, loose fibres, to 1, glued ones")
+    bonding: float | None = Field(default=None, description="a number from 0, loose fibres, to 1, glued ones")
 
 
 class FusedModel(Model):
