@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.schemas.units import write
+from app.schemas.yarns import MeasuredYarnModel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +33,8 @@ def defaults_of(model: ProtocolModel, protocol: Protocol) -> Mapping[str, str]:
     }
     if model.specimen.model_fields_set & _MESH:
         said.add("specimen.nodes_per_loop")
+    if isinstance(model.specimen.yarn, MeasuredYarnModel) and model.specimen.yarn.friction is not None:
+        said.add("specimen.friction")
     taken = {
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitlab_core.contact.compression import Compression
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS, make_model
 from knitlab_core.equilibrium.periodic import Period, make_cell
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.materials import MeasuredYarn
 from knitlab_core.rods.relaxation import Relaxation
-from knitlab_core.rods.section import SOLID, yarn_section
+from knitlab_core.rods.section import SOLID, measured_section, yarn_section
 from knitlab_core.rods.yielding import make_yielding
 from rigs.machines.fixtures import grips_on, ideal_grips, largest_lateral, place, prescribe, pull, release
 from rigs.machines.machine import instruments_on
@@ -94,6 +96,8 @@ class Rig:
         What lies between crosshead and fixture of each axis.
     severed : tuple of int
         The edges of the yarn that broke, in order.
+    measured : bool
+        Whether the yarn is one by measurement, of whose fibres only the mean strain is known.
     """
 
     specimen: Specimen
@@ -105,6 +109,7 @@ class Rig:
     breaks_at: float | None
     trains: Mapping[Axis, LoadTrain]
     severed: tuple[int, ...] = ()
+    measured: bool = False
 
     @property
     def gauges(self) -> dict[Axis, float]:
@@ -120,8 +125,11 @@ class Rig:
     def fibre_reach(self) -> float:
         """Return how far from its centreline a rod strains when it bends [r].
 
-        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's.
+        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's;
+        of a yarn by measurement nothing is known of it, so that what it strains by is the axial strain alone.
         """
+        if self.measured:
+            return 0.0
         yarn = self.specimen.yarn
         reach = yarn.fibre_radius
         if yarn.model == "yarn":
@@ -207,6 +215,7 @@ def mount(
         mounted=state.q.copy(),
         instruments=instruments_on(protocol, data),
         breaks_at=spec.breaks_at,
+        measured=spec.measured is not None,
         trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
@@ -238,6 +247,19 @@ def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray
     """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
     material, yarn = spec.substance, specimen.yarn
     straight = spec.rest_shape == "straight"
+    if isinstance(material, MeasuredYarn):
+        return make_model(
+            specimen.strands,
+            radius=specimen.radius,
+            young_modulus=material.reference_modulus,
+            poisson_ratio=0.0,
+            friction=spec.friction,
+            section=measured_section(material),
+            compression=Compression.of(material),
+            straight=straight,
+            printed=not straight,
+            wires=wires,
+        )
     section = yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID
     numbers = {
         "radius": specimen.radius,
