@@ -46,6 +46,9 @@ SAMPLE_SPACING = 2.0 / 9.0
 NARROW_SPACING = 1.0 / 9.0
 """The same where strands were printed nearer than contact's onset: a narrow onset needs them for as little ripple."""
 
+THIN = 0.8
+"""Overlap [r] at which cores of a yarn meet, below which its samples are as near to each other, for the same reason."""
+
 MOST_OVERLAP = 0.25
 """Overlap [r] up to which that of printed strands is taken for the mesh's; 0.1 in the coarsest mesh of a thick yarn."""
 
@@ -228,11 +231,12 @@ def make_model(  # noqa: PLR0913 (each is a part of the model)
     state = unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
     scales = Scales(radius=radius, young_modulus=young_modulus)
-    samples = make_samples(rods, sizes, edge, sample_spacing)
     if compression is None:
         law = make_law(poisson_ratio, friction, slip=SLIP)
     else:
         law = compression.law(scales, friction, SLIP)
+        sample_spacing = min(sample_spacing, SAMPLE_SPACING if law.overlap_limit >= THIN else NARROW_SPACING)
+    samples = make_samples(rods, sizes, edge, sample_spacing)
     if printed and least_distance(state.q, samples, law) < law.reach:
         samples = make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))
         law = narrowed(law, least_distance(state.q, samples, law))
