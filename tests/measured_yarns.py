@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from knitlab_core.contact.compression import Compression
 from knitlab_core.equilibrium.model import make_model
@@ -41,7 +41,7 @@ ACRYLIC: Final = {
 def measured_yarn(**changed: float) -> MeasuredYarn:
     """Return a yarn with the numbers of acrylic, some of them changed."""
     numbers = {**ACRYLIC, **changed}
-    values = {
+    values: dict[str, Any] = {
         name: Value(value=number, unit=UNITS[name], source="test", assumed=False) for name, number in numbers.items()
     }
     return MeasuredYarn(name="yarn", **values)

@@ -4,13 +4,14 @@ document  YAML to plain data with lines and columns
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
 defaults  defaults of fields that a file leaves out
-base, models, specimen, materials  structure, published as JSON Schema
+base, models, specimen, material_models, materials  structure, published as JSON Schema
 locate    errors with file, line and column
 here      which words a protocol's rig and knit allow
 further   what is out of range in the parts of a protocol whose form is right
 step_parts, steps  steps: for each its model and its conversion
-convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
-tables    points of waveforms from CSV files beside a protocol
+convert, convert_steps, convert_specimen, convert_substance  models to the domain's protocol, and back to text
+yarns     a yarn by measurement, in a protocol and in a file of materials
+tables    points of waveforms and rows of yarn between plates, from CSV files beside a protocol
 centrelines  a yarn of the user's own, as CSV
 material_files  files of materials and centrelines of one's own
 """

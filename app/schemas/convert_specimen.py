@@ -7,11 +7,11 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from app.schemas.centrelines import read_centreline, written_centreline
+from app.schemas.convert_substance import by_name, friction_of, substance_of
 from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.specimen import CentrelineModel, FilamentModel, StitchModel, VolumetricStitchModel, YarnModel
 from app.schemas.units import write
-from app.schemas.yarns import MeasuredYarnModel, to_inline_yarn
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import (
@@ -24,7 +24,7 @@ from knitlab_core.knits import (
     fabric_names,
     same_area,
 )
-from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, MeasuredYarn, material_named
+from knitlab_core.materials import MATERIALS
 from rigs.protocol.specimen import MESHES, SpecimenSpec
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def to_specimen(
     named = fabric_named(knit) if isinstance(knit, str) and knit in fabric_names() else None
     fabric = named if isinstance(knit, str) else knit
     known: dict[str, Substance] = {**MATERIALS, **own}
-    substance = faults.of(lambda: _substance(model, known, document), None)
+    substance = faults.of(lambda: substance_of(model, known, document), None)
 
     def whole() -> SpecimenSpec:
         return SpecimenSpec(
@@ -84,8 +84,8 @@ def to_specimen(
             layers=layers[0] if layers else 1,
             loop_width=model.loop,
             # One that is not known is replaced by another, to find more mistakes.
-            material=next(iter(MATERIALS)) if substance is None else _by_name(substance),
-            friction=_friction(model, substance),
+            material=next(iter(MATERIALS)) if substance is None else by_name(substance),
+            friction=friction_of(model, substance),
             nodes_per_loop=nodes,
             rest_shape=model.rest_shape,
             yarn=yarn,
@@ -105,35 +105,6 @@ def to_specimen(
             faults.found.append(SpecificationError("loops", model.loops, allowed))
         faults.raise_any()
     return cast("SpecimenSpec", spec)
-
-
-def _substance(model: SpecimenModel, known: Mapping[str, Substance], document: Document) -> Substance:
-    """Return the material that is named, or the yarn by measurement that is given in its place."""
-    with at(document, ("specimen",)):
-        if isinstance(model.yarn, MeasuredYarnModel):
-            if model.material is not None:
-                found, allowed = f"{model.material} beside a yarn by measurement", "one of the two"
-                raise SpecificationError("material", found, allowed)
-            if model.yarn.friction is not None and model.friction is not None:
-                found, allowed = f"{model.friction:g} here and {model.yarn.friction:g} in yarn", "one of the two"
-                raise SpecificationError("friction", found, allowed)
-            return to_inline_yarn(model.yarn)
-        if model.material is None:
-            raise SpecificationError("material", None, "the name of a material, or a yarn by measurement under yarn")
-        return material_named(model.material, "material", known=known)
-
-
-def _by_name(substance: Substance) -> str | Substance:
-    """Return the name of a material of the catalogue, any other itself."""
-    return substance.name if MATERIALS.get(substance.name) is substance else substance
-
-
-def _friction(model: SpecimenModel, substance: Substance | None) -> float:
-    """Return the coefficient of friction: the specimen's, else the yarn's own, else what is usual."""
-    if model.friction is not None:
-        return model.friction
-    own = substance.friction if isinstance(substance, MeasuredYarn) else None
-    return DEFAULT_FRICTION.value if own is None else own.value
 
 
 def _by_values(knit: Model, loop_width: float, document: Document, text: NamedText | None) -> Fabric:

@@ -72,7 +72,10 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
     if facts.locking_strain is not None:
         (loop,) = loop_budgets(spec.fabric, spec.laid).values()
-        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-{loop.error:.1%})"
+        good = f"estimate, +-{loop.error:.1%}"
+        if spec.measured is not None:
+            good = "estimate for the outer radius: pressed together, yarn reaches farther"
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain ({good})"
     for name, text in (
         ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),

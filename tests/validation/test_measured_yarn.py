@@ -49,11 +49,23 @@ def line_force(yarn: MeasuredYarn, compression: float) -> float:
     def force(height: float) -> float:
         def push(v: float) -> float:
             x = height + (outer - height) * v * v
-            return ((1.0 - (outer - x) / largest) ** -n - 1.0) / np.sqrt(x + height)
+            return float(((1.0 - (outer - x) / largest) ** -n - 1.0) / np.sqrt(x + height))
 
-        return 4.0 * height * np.sqrt(outer - height) * quad(push, 0.0, 1.0, epsrel=1e-10, limit=200)[0]
+        return float(4.0 * height * np.sqrt(outer - height) * quad(push, 0.0, 1.0, epsrel=1e-10, limit=200)[0])
 
     return float(yarn.rigidity.value * force(outer - compression) / force(radius + core))
+
+
+def crossed_force(yarn: MeasuredYarn, compression: float) -> float:
+    """Return the force [N] between yarns crossed at right angles, 2 pi h psi: psi by the inverse of Abel's integral."""
+    outer = 2.0 * yarn.radius.value
+    height, reach = outer - compression, float(np.sqrt(compression))
+
+    def back(v: float) -> float:
+        further = (reach * v) ** 2
+        return line_force(yarn, compression - further) * 2.0 * reach / float(np.sqrt(2.0 * height + further))
+
+    return float(2.0 * height * quad(back, 0.0, 1.0, epsrel=1e-6)[0])
 
 
 def normal_force(yarn: MeasuredYarn, compression: float, *, crossed: bool, phase: float) -> float:
@@ -76,26 +88,7 @@ def test_contact_follows_the_law_that_is_given(bar: Callable[..., None], name: s
     worst = 0.0
     for depth in DEPTHS:
         compression = depth * law.largest
-        height = 2.0 * yarn.radius.value - compression
-        # Crossed: 2 pi h psi, where psi is the inverse of Abel's integral of the line force.
-        reach = np.sqrt(2.0 * yarn.radius.value - height)
-        expected = (
-            2.0
-            * height
-            * quad(
-                lambda v, h=height, s=reach: (
-                    line_force(yarn, 2.0 * yarn.radius.value - h - s * s * v * v)
-                    * 2.0
-                    * s
-                    / np.sqrt(2.0 * h + s * s * v * v)
-                ),
-                0.0,
-                1.0,
-                epsrel=1e-6,
-            )[0]
-            if crossed
-            else line_force(yarn, compression) * length
-        )
+        expected = crossed_force(yarn, compression) if crossed else length * line_force(yarn, compression)
         for phase in (0.0, 0.3, 0.77):
             error = normal_force(yarn, compression, crossed=crossed, phase=phase) / expected - 1.0
             worst = max(worst, error, key=abs)

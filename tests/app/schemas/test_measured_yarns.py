@@ -127,7 +127,7 @@ def test_other_mistakes_do_not_hide_a_yarn_nor_invent_a_material() -> None:
 def test_without_material_and_yarn_both_are_named() -> None:
     before, rest = GOOD.split("  yarn:\n")
     with pytest.raises(
-        ProtocolError, match="specimen.material: found nothing, allowed the name of a material, or a yarn"
+        ProtocolError, match=r"specimen\.material: found nothing, allowed the name of a material, or a yarn"
     ):
         loads(before + rest[rest.index("others") :])
 
@@ -199,7 +199,7 @@ def test_a_file_of_materials_gives_every_number_a_source(tmp_path: Path) -> None
         assert old in text
         spoilt = tmp_path / "own.yaml"
         spoilt.write_text(text.replace(old, new, 1), encoding="utf-8")
-        with pytest.raises(ProtocolError, match="own.yaml:[0-9]+:[0-9]+: materials.acrylic-worsted") as raised:
+        with pytest.raises(ProtocolError, match=r"own\.yaml:[0-9]+:[0-9]+: materials\.acrylic-worsted") as raised:
             load_materials(spoilt)
         assert says in str(raised.value)
 
@@ -221,7 +221,7 @@ def test_a_filament_of_the_yarn_has_its_diameter() -> None:
     text = text.replace("[2, 2]", "[1, 1]").replace("8 mm", "50 mm")
     own = loads(text.replace("stockinette-default", "{filament: 1.48 mm}")).protocol.specimen
     assert make_specimen(own).radius == pytest.approx(0.74e-3)
-    with pytest.raises(ProtocolError, match="found 1 mm, allowed 1.48 mm, twice the radius of measured-yarn"):
+    with pytest.raises(ProtocolError, match=r"found 1 mm, allowed 1\.48 mm, twice the radius of measured-yarn"):
         loads(text.replace("stockinette-default", "{filament: 1 mm}"))
 
 
