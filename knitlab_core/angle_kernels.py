@@ -1,19 +1,20 @@
 """Sine, cosine, arc tangent and power for kernels: the formulas of `knitlab_core.angles`, compiled."""
 
-import math
-
 import numpy as np
 
 from knitlab_core import angles
 from knitlab_core.angles import ARC_FROM, ARC_HIGH, ARC_LOW, PI_REST
-from knitlab_core.jit import inline_kernel, inner_kernel
+from knitlab_core.jit import inline_kernel
 
 _in_first_quarter = inline_kernel(angles.in_first_quarter)
 _arc_from_zero = inline_kernel(angles.arc_from_zero)
 _exponential_parts = inline_kernel(angles.exponential_parts)
 _logarithm_of_parts = inline_kernel(angles.logarithm_of_parts)
 
-_ROOT_HALF = 0.7071067811865476
+_ROOT_TWO = 1.4142135623730951
+# Of the bits of a number: its fraction, and the exponent of 1.
+_FRACTION = 0xFFFFFFFFFFFFF
+_ONE = 0x3FF0000000000000
 
 
 @inline_kernel
@@ -56,11 +57,13 @@ def arc_tangent(y: float, x: float) -> float:
     return angle if y >= 0.0 else -angle
 
 
-@inner_kernel
+@inline_kernel
 def power(x: float, exponent: float) -> float:
-    """Return x^exponent, for x above 0 and results from 1e-300 to 1e300; relative error 1e-15 times its logarithm."""
-    mantissa, k = math.frexp(x)
-    if mantissa < _ROOT_HALF:
-        mantissa, k = 2.0 * mantissa, k - 1
+    """Return x^exponent, for normal x above 0 and results from 1e-300 to 1e300; relative error 1e-15 times its log."""
+    bits = np.float64(x).view(np.int64)
+    k = (bits >> 52) - 1023
+    mantissa = np.int64((bits & _FRACTION) | _ONE).view(np.float64)
+    if mantissa > _ROOT_TWO:
+        mantissa, k = 0.5 * mantissa, k + 1
     twos, y = _exponential_parts(exponent * _logarithm_of_parts(mantissa - 1.0, float(k)))
-    return math.ldexp(y, int(twos))
+    return y * np.int64((np.int64(twos) + 1023) << 52).view(np.float64)

@@ -19,7 +19,7 @@ import numpy as np
 
 from knitlab_core.angle_kernels import power
 from knitlab_core.arrays import FloatArray
-from knitlab_core.jit import inline_kernel, inner_kernel
+from knitlab_core.jit import inline_kernel
 
 
 class ContactLaw(NamedTuple):
@@ -132,7 +132,7 @@ def rise(onset: float, rounding: float) -> tuple[float, float, float, float]:
     return cubic + 4.0 * late, -7.5 * late / width, 4.5 * late / width**2, -late / width**3
 
 
-@inner_kernel
+@inline_kernel
 def compressed(p: float, coefficient: float, exponent: float, limit: float) -> tuple[float, float, float]:
     """Return psi, psi' and psi'' of a yarn at overlap p from 0 to below the limit w, at which cores meet."""
     x = p / limit
