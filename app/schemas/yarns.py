@@ -13,7 +13,6 @@ from pydantic import Field, StringConstraints
 from app.schemas.base import Model
 from app.schemas.units import allowed, write
 from app.schemas.values import BendingStiffness, Force, Length, LineForce
-from knitlab_core.contact.compression import fit_compression
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MeasuredYarn, Value
 
@@ -136,7 +135,7 @@ class SourcedYarnModel(Model):
     note: str = Field(default="", description="a text")
 
 
-NAMES_OF_YARN: Final = frozenset(SourcedYarnModel.model_fields) - {"note"}
+NAMES_OF_YARN: Final = frozenset(SourcedYarnModel.model_fields) - {"friction", "note"}
 """Fields that only a yarn by measurement has."""
 
 
@@ -193,6 +192,8 @@ def _made(
         radius, core = values["radius"].value, values["core"].value
         if not 0.0 < core < radius < float("inf"):
             raise SpecificationError("yarn.core", f"{1e3 * core:.4g} mm", f"above 0, below {1e3 * radius:.4g} mm")
+        from knitlab_core.contact.compression import fit_compression  # noqa: PLC0415 (numba, for a table alone)
+
         fit = fit_compression([(length, force) for length, force in law.table], radius=radius, core=core)
         exponent, rigidity = fit.compression.exponent, fit.compression.rigidity
         fitted = (

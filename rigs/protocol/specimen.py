@@ -147,7 +147,8 @@ class SpecimenSpec:
         none = f"none: {yarn.name} is a yarn by measurement, {{}}"
         fused = none.format("and points fuse in print")
         whole = none.format("whose fibres are in its numbers")
-        ratio = yarn.radius.value / self.loop_width
+        # A loop without a width is refused where all specimens' are.
+        ratio = yarn.radius.value / self.loop_width if self.loop_width > 0.0 else 0.0
         size = f"{1e3 * yarn.radius.value:.4g} mm, {ratio:.3g} loop widths"
         thin = f"at most half a loop width of {1e3 * self.loop_width:.4g} mm"
         twice = 2e3 * yarn.radius.value
@@ -294,7 +295,7 @@ def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = 
     lengths = gauge_lengths(specimen, plated)
     if specimen.fabric.straight:
         # Its section is round: two sides of a square of the same area represent it.
-        side = math.sqrt(math.pi) * specimen.radius
+        side = math.sqrt(math.pi) * specimen.fabric.fibre_radius * specimen.loop_width
         return SpecimenSize(
             extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"
         )

@@ -66,6 +66,7 @@ BAD = [
     Bad("    axial:", "    axail:", 9, 5, f"{Y}.axail: found an unknown field, allowed bending, axial"),
     Bad("core: 0.325", "core: 0.74", 12, 11, f"{Y}.core: found 0.74 mm, allowed 0.666 mm or less"),
     Bad("radius: 0.74", "radius: 4.4", 11, 13, f"{Y}.radius: found 4.4 mm, 0.55 loop widths, allowed at most half a"),
+    Bad("loop: 8 mm", "loop: 0 mm", 6, 9, "specimen.loop: found 0 m, allowed a length from 1 um to 1 m"),
     Bad("2.4", "1.1", 13, 29, f"{Y}.compression.exponent: found 1.1, allowed from 1.2 to 6"),
     Bad("1.66492 N/m", "1.66492 N", 13, 44, "found '1.66492 N', allowed a force by length with its unit"),
     Bad(", rigidity: 1.66492 N/m", "", 13, 18, f"{Y}.compression: found no rigidity, allowed exponent and rigidity"),
