@@ -160,9 +160,11 @@ def print_knit(
 
 def _require_solid(loaded: Loaded) -> None:
     """Raise for a yarn by measurement: it is spun, not printed."""
-    if loaded.protocol.specimen.measured is not None:
-        found = f"{loaded.protocol.specimen.measured.name}, a yarn by measurement"
-        raise loaded.locate(SpecificationError("material", found, "a solid material, to be printed"))
+    measured = loaded.protocol.specimen.measured
+    if measured is not None:
+        field = "yarn" if ("specimen", "yarn") in loaded.document.values else "material"
+        found = f"{measured.name}, a yarn by measurement"
+        raise loaded.locate(SpecificationError(field, found, "a solid material, to be printed"))
 
 
 def _gap(specimen: Specimen) -> float:

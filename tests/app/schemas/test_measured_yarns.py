@@ -228,7 +228,7 @@ def test_a_filament_of_the_yarn_has_its_diameter() -> None:
 
 def test_what_needs_a_solid_is_refused_with_the_reason(tmp_path: Path) -> None:
     loaded = loads(GOOD, "p.yaml")
-    with pytest.raises(ProtocolError, match="found measured-yarn, a yarn by measurement, allowed a solid material"):
+    with pytest.raises(ProtocolError, match=r"p\.yaml:8:5: specimen\.yarn: found measured-yarn, a yarn by"):
         print_knit(loaded, None, tmp_path, Wanted(formats=()), lambda *_: None)  # type: ignore[arg-type]
     with pytest.raises(SpecificationError, match="allowed a solid material"):
         _ = loaded.protocol.specimen.solid
