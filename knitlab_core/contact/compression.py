@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 WORST_DEVIATION: Final = 0.3
 """Largest deviation of a table from the law fitted to it, as the root mean square of relative ones [1]."""
 
+THIN: Final = 0.8
+"""Overlap [r] at which cores meet, below which contact samples have to be nearer to each other."""
+
 FEWEST_POINTS: Final = 4
 _DIGITS: Final = 6
 
@@ -75,6 +78,11 @@ class Compression:
     def largest(self) -> float:
         """Return the compression at which the cores meet, 2 (radius - core) [m]."""
         return 2.0 * (self.radius - self.core)
+
+    @property
+    def thin(self) -> bool:
+        """Return whether so thin a shell is compressed that contact needs narrow samples."""
+        return self.largest < THIN * self.radius
 
     @property
     def stiffness(self) -> float:

@@ -46,9 +46,6 @@ SAMPLE_SPACING = 2.0 / 9.0
 NARROW_SPACING = 1.0 / 9.0
 """The same where strands were printed nearer than contact's onset: a narrow onset needs them for as little ripple."""
 
-THIN = 0.8
-"""Overlap [r] at which cores of a yarn meet, below which its samples are as near to each other, for the same reason."""
-
 MOST_OVERLAP = 0.25
 """Overlap [r] up to which that of printed strands is taken for the mesh's; 0.1 in the coarsest mesh of a thick yarn."""
 
@@ -235,7 +232,7 @@ def make_model(  # noqa: PLR0913 (each is a part of the model)
         law = make_law(poisson_ratio, friction, slip=SLIP)
     else:
         law = compression.law(scales, friction, SLIP)
-        sample_spacing = min(sample_spacing, SAMPLE_SPACING if law.overlap_limit >= THIN else NARROW_SPACING)
+        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.thin else sample_spacing)
     samples = make_samples(rods, sizes, edge, sample_spacing)
     if printed and least_distance(state.q, samples, law) < law.reach:
         samples = make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))

@@ -7,27 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitlab_core.contact.compression import Compression
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
-from knitlab_core.equilibrium.model import DECIMALS, make_model
-from knitlab_core.equilibrium.periodic import Period, make_cell
+from knitlab_core.equilibrium.model import DECIMALS
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.materials import MeasuredYarn
-from knitlab_core.rods.relaxation import Relaxation
-from knitlab_core.rods.section import SOLID, measured_section, yarn_section
-from knitlab_core.rods.yielding import make_yielding
 from rigs.machines.fixtures import grips_on, ideal_grips, largest_lateral, place, prescribe, pull, release
 from rigs.machines.machine import instruments_on
+from rigs.machines.strands import model_of
 from rigs.machines.wires import hang_on_wires, sliding_hooks
 from rigs.protocol.catalogue import arranged, plated
 from rigs.protocol.specimen import size_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-    from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis, FloatArray
@@ -36,7 +31,6 @@ if TYPE_CHECKING:
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import Drive, MachineName
     from rigs.protocol.protocol import Protocol
-    from rigs.protocol.specimen import SpecimenSpec
     from rigs.record import SpecimenSize
 
 
@@ -195,7 +189,7 @@ def mount(
     wires: tuple[FloatArray, ...] = ()
     if protocol.hook == "wire":
         wires, grips = hang_on_wires(specimen, grips)
-    model, state = _model_of(specimen, spec, wires)
+    model, state = model_of(specimen, spec, wires)
     if specimen.cell is None:
         model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
         for pair in grips.values():
@@ -241,52 +235,6 @@ def _train(numbers: MachineData) -> LoadTrain:
         fastest=carriage.max_speed.value,
         digit=numbers.load_cell.resolution.value,
     )
-
-
-def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
-    """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
-    material, yarn = spec.substance, specimen.yarn
-    straight = spec.rest_shape == "straight"
-    if isinstance(material, MeasuredYarn):
-        return make_model(
-            specimen.strands,
-            radius=specimen.radius,
-            young_modulus=material.reference_modulus,
-            poisson_ratio=0.0,
-            friction=spec.friction,
-            section=measured_section(material),
-            compression=Compression.of(material),
-            straight=straight,
-            printed=not straight,
-            wires=wires,
-        )
-    section = yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID
-    numbers = {
-        "radius": specimen.radius,
-        "young_modulus": material.young_modulus.value,
-        "poisson_ratio": material.poisson_ratio.value,
-        "friction": spec.friction,
-    }
-    if specimen.cell is None:
-        model, state = make_model(
-            specimen.strands,
-            **numbers,
-            section=section,
-            straight=straight,
-            printed=not straight,
-            bonds=spec.fused,
-            wires=wires,
-        )
-    else:
-        periods = [
-            Period(nodes[:-2], shift) for nodes, shift in zip(specimen.strands, specimen.cell.shifts, strict=True)
-        ]
-        cell = specimen.cell
-        model, state = make_cell(periods, cell.vectors, cell.reach, **numbers, section=section, straight=straight)
-    relaxation = Relaxation.of(material) if spec.viscoelastic else None
-    lasting = 1.0 if relaxation is None else relaxation.lasting
-    yielding = make_yielding(material, section, lasting) if spec.yields else None
-    return replace(model, relaxation=relaxation, yielding=yielding), state
 
 
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:

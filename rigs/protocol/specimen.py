@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 MAX_STITCHES: Final = 10_000
 
-_WIDEST: Final = 0.5
-"""Largest radius of a yarn [loop widths]."""
-
 MeshName: TypeAlias = Literal["draft", "default", "fine"]
 
 MESHES: Final[Mapping[MeshName, int]] = {"draft": 32, "default": 48, "fine": 96}
@@ -141,29 +138,22 @@ class SpecimenSpec:
 
     def _require_measured(self, yarn: MeasuredYarn) -> None:
         """Raise unless a yarn by measurement is asked for no more than was measured, and fits the fabric."""
-        off = f"off: {yarn.name} is a yarn by measurement, {{}}"
-        series, curve = off.format("of which no relaxation is known"), off.format("of which no yield curve is known")
-        breaking = off.format("and what its fibres bear is not known: they are not straight along it")
-        none = f"none: {yarn.name} is a yarn by measurement, {{}}"
-        fused = none.format("and points fuse in print")
-        whole = none.format("whose fibres are in its numbers")
-        # A loop without a width is refused where all specimens' are.
-        ratio = yarn.radius.value / self.loop_width if self.loop_width > 0.0 else 0.0
-        size = f"{1e3 * yarn.radius.value:.4g} mm, {ratio:.3g} loop widths"
-        thin = f"at most half a loop width of {1e3 * self.loop_width:.4g} mm"
-        twice = 2e3 * yarn.radius.value
-        straight = self.fabric.straight
-        diameter = 2e3 * self.fabric.fibre_radius * self.loop_width
-        same = not straight or abs(diameter - twice) <= 1e-6 * twice
-        measured = f"{twice:.6g} mm, twice the radius of {yarn.name}"
+        off, none = (f"{word}: {yarn.name} is a yarn by measurement, " for word in ("off", "none"))
+        bears = "and what its fibres bear is not known: they are not straight along it"
+        twice = 2.0 * yarn.radius.value
+        wide = f"{1e3 * yarn.radius.value:.4g} mm in loops {1e3 * self.loop_width:.4g} mm wide"
+        diameter = 2.0 * self.fabric.fibre_radius * self.loop_width
+        same = not self.fabric.straight or abs(diameter - twice) <= 1e-6 * twice
+        measured = f"{1e3 * twice:.6g} mm, twice the radius of {yarn.name}"
         require_all(
-            lambda: require(not self.viscoelastic, "viscoelastic", "on", series),
-            lambda: require(not self.yields, "yield", "on", curve),
-            lambda: require(self.rupture == "off", "rupture", self.rupture, breaking),
-            lambda: require(self.fused is None, "fused", "fused points", fused),
-            lambda: require(self.yarn is None, "yarn", "fibres", whole),
-            lambda: require(ratio <= _WIDEST, "yarn.radius", size, thin),
-            lambda: require(same, "knit.filament", f"{diameter:.4g} mm", measured),
+            lambda: require(not self.viscoelastic, "viscoelastic", "on", f"{off}of which no relaxation is known"),
+            lambda: require(not self.yields, "yield", "on", f"{off}of which no yield curve is known"),
+            lambda: require(self.rupture == "off", "rupture", self.rupture, off + bears),
+            lambda: require(self.fused is None, "fused", "fused points", f"{none}and points fuse in print"),
+            lambda: require(self.yarn is None, "yarn", "fibres", f"{none}whose fibres are in its numbers"),
+            # A loop without a width is refused where all specimens' are.
+            lambda: require(not 0.0 < self.loop_width < twice, "yarn.radius", wide, "half of that width at most"),
+            lambda: require(same, "knit.filament", f"{1e3 * diameter:.4g} mm", measured),
         )
 
     def _require_numbers(self) -> None:

@@ -67,11 +67,11 @@ def test_its_stress_is_not_divided_by_a_modulus_that_it_does_not_have(small: Run
         compared([small], by_modulus=True)
 
 
-def pulled(yarn: MeasuredYarn) -> float:
+def pulled(yarn: MeasuredYarn, *, periodic: bool = False) -> float:
     """Return the force along the wale at 20 % [N]."""
     protocol = load(EXAMPLE).protocol
     ramp = Ramp(axes=("C", "W"), to=Target(kind="strain", value=0.2), rate=2e-4)
-    spec = replace(protocol.specimen, material=yarn)
+    spec = replace(protocol.specimen, material=yarn, periodic=periodic)
     protocol = replace(protocol, specimen=spec, steps=(ramp,), max_strain_increment=0.05)
     rig, state = mount(make_specimen(spec), protocol, machines_of(protocol))
     rows = [event for event in perform(rig, state, protocol) if isinstance(event, Equilibrium)]
@@ -93,3 +93,6 @@ def test_forces_scale_with_the_stiffnesses_and_a_softer_surface_gives_way() -> N
     stiffer = times(2.0, "bending", "axial", "twisting", "rigidity")
     assert pulled(stiffer) == pytest.approx(2.0 * force, rel=1e-6)
     assert pulled(times(0.1, "rigidity")) < 0.95 * force
+    cell = pulled(yarn, periodic=True)
+    assert 0.0 < cell < force
+    assert pulled(stiffer, periodic=True) == pytest.approx(2.0 * cell, rel=1e-6)

@@ -65,7 +65,13 @@ BAD = [
     Bad("    axial: 100 N\n", "", 8, 5, f"{Y}.axial: found nothing, allowed an axial stiffness"),
     Bad("    axial:", "    axail:", 9, 5, f"{Y}.axail: found an unknown field, allowed bending, axial"),
     Bad("core: 0.325", "core: 0.74", 12, 11, f"{Y}.core: found 0.74 mm, allowed 0.666 mm or less"),
-    Bad("radius: 0.74", "radius: 4.4", 11, 13, f"{Y}.radius: found 4.4 mm, 0.55 loop widths, allowed at most half a"),
+    Bad(
+        "radius: 0.74",
+        "radius: 4.4",
+        11,
+        13,
+        f"{Y}.radius: found 4.4 mm in loops 8 mm wide, allowed half of that width",
+    ),
     Bad("loop: 8 mm", "loop: 0 mm", 6, 9, "specimen.loop: found 0 m, allowed a length from 1 um to 1 m"),
     Bad("2.4", "1.1", 13, 29, f"{Y}.compression.exponent: found 1.1, allowed from 1.2 to 6"),
     Bad("1.66492 N/m", "1.66492 N", 13, 44, "found '1.66492 N', allowed a force by length with its unit"),
@@ -144,16 +150,19 @@ def test_the_yarn_is_the_specimen_s_and_reads_back() -> None:
     assert from_yaml(to_yaml(protocol)) == protocol
     specimen = make_specimen(spec)
     assert specimen.radius == pytest.approx(0.74e-3)
-    assert specimen.clearance == pytest.approx(8e-3 * 0.2458 - 1.48e-3, abs=1e-5)
     assert limits_of(spec) == ()
     assert "without a Young's modulus" in material_label(spec)
     assert "EI 0.045 N mm²" in yarn_label(spec)
 
 
 def test_strands_that_the_yarn_makes_overlap_are_refused() -> None:
-    wide = loads(GOOD.replace("0.74 mm", "1.2 mm")).protocol.specimen
-    with pytest.raises(SpecificationError, match="allowed centrelines more than"):
-        make_specimen(wide)
+    # Rows are 0.2458 loop widths apart, turn-arounds between those of a cell's neighbours 0.2303.
+    for text, apart in ((GOOD, 0.2458), (GOOD.replace("  yarn:", "  periodic: on\n  yarn:"), 0.2303)):
+        made = make_specimen(loads(text).protocol.specimen)
+        assert made.clearance == pytest.approx(8e-3 * apart - 1.48e-3, abs=1e-5)
+        wide = loads(text.replace("0.74 mm", "1.2 mm")).protocol.specimen
+        with pytest.raises(SpecificationError, match="allowed centrelines more than"):
+            make_specimen(wide)
 
 
 @pytest.mark.parametrize(
