@@ -20,7 +20,7 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 
 protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
            UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog
-specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Value, RelaxationTerm; materials
+specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
 records    open_run gives a RunReader; figures
@@ -74,7 +74,7 @@ if TYPE_CHECKING:
         UnitError,
     )
     from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn
-    from knitlab_core.materials import Material, RelaxationTerm, Value
+    from knitlab_core.materials import Material, MeasuredYarn, RelaxationTerm, Value
     from rigs.protocol.protocol import (
         Cycle,
         ForceRate,
@@ -112,6 +112,7 @@ __all__ = [
     "Loaded",
     "LogSpec",
     "Material",
+    "MeasuredYarn",
     "Plan",
     "Preload",
     "Protocol",
@@ -171,6 +172,7 @@ _HOMES: Final = {
     "Loaded": "app.schemas:Loaded",
     "LogSpec": "rigs.protocol.protocol:LogSpec",
     "Material": "knitlab_core.materials:Material",
+    "MeasuredYarn": "knitlab_core.materials:MeasuredYarn",
     "Plan": "app.checks.dry_run:Plan",
     "Preload": "rigs.protocol.protocol:Preload",
     "Protocol": "rigs.protocol.protocol:Protocol",

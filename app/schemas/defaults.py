@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from app.schemas.specimen import YarnModel
 from app.schemas.units import write
+from app.schemas.yarns import MeasuredYarnModel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,8 +36,10 @@ def defaults_of(model: ProtocolModel, protocol: Protocol) -> Mapping[str, str]:
         said.add("specimen.nodes_per_loop")
     yarn = protocol.specimen.yarn
     bonded = yarn is not None and yarn.model == "yarn" and yarn.fibres > 1
-    if model.specimen.yarn is not None:
+    if isinstance(model.specimen.yarn, YarnModel):
         said |= {f"specimen.yarn.{name}" for name in model.specimen.yarn.model_fields_set}
+    if isinstance(model.specimen.yarn, MeasuredYarnModel) and model.specimen.yarn.friction is not None:
+        said.add("specimen.friction")
     taken = {
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,

@@ -38,7 +38,7 @@ def modulus(text: str) -> float:
     samples = measure(instrument, trace_of(rows), seed=log.seed, noise=log.noise, zeroings=zeroings)
     travel, force = samples.measured["Displacement"], samples.measured["Force"]
     strain, stress = stress_strain(travel, force, "C", rig.size)
-    return float(np.polyfit(strain, stress, 1)[0]) / protocol.specimen.substance.young_modulus.value
+    return float(np.polyfit(strain, stress, 1)[0]) / protocol.specimen.solid.young_modulus.value
 
 
 @pytest.mark.parametrize("force_controlled", [False, True])

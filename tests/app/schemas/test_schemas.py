@@ -571,7 +571,7 @@ def test_on_stops_at_a_rupture() -> None:
 def test_a_material_of_ones_own_comes_with_its_numbers() -> None:
     text = GOOD.replace("params:", OWN).replace("RGD8530-DM", "mine")
     spec = from_yaml(text).specimen
-    assert spec.substance.young_modulus.value == 1e9
+    assert spec.solid.young_modulus.value == 1e9
     assert from_yaml(to_yaml(from_yaml(text))) == from_yaml(text)
 
 
