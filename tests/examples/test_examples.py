@@ -15,7 +15,8 @@ from app.records.results import energy_balance_error
 from app.runs.use_cases import RunResult, run_protocol
 from app.schemas import from_yaml, to_yaml
 from app.views.drawing import draw_here
-from rigs.analysis.cycles import branch, stress_strain
+from rigs.analysis.branches import branch
+from rigs.analysis.stress_strain import stress_strain
 from rigs.protocol.specimen import make_specimen
 from tests.synthetic_run import BOTH
 

@@ -1,0 +1,83 @@
+"""Tables of figures of a run or a measured file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.records.measurements import cycled, measurements_of, zeroings_of
+from knitlab_core.errors import SpecificationError
+from rigs.analysis.curve_tables import curves_table, fits_table, holds_table, poisson_table, repeatability_table
+from rigs.analysis.figures import Choices, results_table
+from rigs.analysis.run_tables import bonds_table, contacts_table, energy_table, hooks_table, shapes_table
+from rigs.axes import SITES
+from rigs.protocol.specimen import make_specimen
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from app.records.reader import RunReader
+    from rigs.analysis.table import Table
+    from rigs.axes import Axis
+    from rigs.measurement import Measurement
+
+DEFAULT: Final = Choices()
+
+OF_CURVES: Final[Mapping[str, Callable[[Sequence[Measurement], Sequence[Measurement], Choices], Table]]] = {
+    "results": results_table,
+    "curves": lambda whole, _, __: curves_table(whole),
+    "fits": lambda _, parts, choices: fits_table(parts, choices),
+    "repeatability": lambda _, parts, __: repeatability_table(parts),
+    "holds": lambda whole, _, __: holds_table(whole),
+    "poisson": lambda whole, _, __: poisson_table(whole),
+}
+"""Tables that every test along an axis has, by name."""
+
+OF_RUNS: Final[Mapping[str, Callable[[RunReader], Table]]] = {
+    "energy": lambda run: energy_table(run.trace, run.size),
+    "contacts": lambda run: contacts_table(run.trace, run.size),
+    "hooks": lambda run: hooks_table(run.trace, run.size, hooks_of(run)),
+    "bonds": lambda run: bonds_table(run.trace, run.size),
+    "shapes": lambda run: shapes_table(run.frames(), run.strands),
+}
+"""Tables that a run has besides, by name."""
+
+
+def analyse_run(run: RunReader, table: str = "results", choices: Choices = DEFAULT) -> Table:
+    """Return a table of the figures of a run, from its equilibria.
+
+    Parameters
+    ----------
+    run : RunReader
+        The run.
+    table : str
+        One of `OF_CURVES` or `OF_RUNS`.
+    choices : Choices
+        Windows of moduli and fits.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such table, or the run has fewer than two rows.
+    """
+    if table not in OF_CURVES and table not in OF_RUNS:
+        raise SpecificationError("--table", table, f"one of {', '.join((*OF_CURVES, *OF_RUNS))}")
+    if len(run.trace) < 2:
+        raise SpecificationError("run.equilibria", len(run.trace), "two rows or more to analyse")
+    if table in OF_RUNS:
+        return OF_RUNS[table](run)
+    whole = measurements_of(run)
+    name = whole[0].name
+    parts = cycled(run.trace, run.size, zeroings_of(run), run.test)
+    return OF_CURVES[table](whole, [_named(part, name) for part in parts], choices)
+
+
+def hooks_of(run: RunReader) -> dict[Axis, int]:
+    """Return the hooks on a side of each axis of a run."""
+    sites = make_specimen(run.test.specimen).sites
+    # Each hook holds the fibres of a bundle one by one.
+    return {axis: len(sites[far]) // len(run.strands) for axis, (_, far) in SITES.items() if far in sites}
+
+
+def _named(part: Measurement, name: str) -> Measurement:
+    return replace(part, name=f"{name}, {part.name}" if part.name else name)
