@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from app.records.measurements import cycled, measurements_of, zeroings_of
 from knitlab_core.errors import SpecificationError
+from rigs.analysis.choices import Choices
 from rigs.analysis.curve_tables import curves_table, fits_table, holds_table, poisson_table, repeatability_table
-from rigs.analysis.figures import Choices, results_table
+from rigs.analysis.figures import results_table
 from rigs.analysis.run_tables import bonds_table, contacts_table, energy_table, hooks_table, shapes_table
 from rigs.axes import SITES
 from rigs.protocol.specimen import make_specimen

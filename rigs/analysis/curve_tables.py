@@ -19,7 +19,7 @@ from rigs.measurement import COLUMNS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from rigs.analysis.figures import Choices, Window
+    from rigs.analysis.choices import Choices, Window
     from rigs.analysis.table import Cell
     from rigs.axes import FloatArray
     from rigs.measurement import Measurement

@@ -10,8 +10,8 @@ import numpy as np
 
 from rigs.analysis.branches import branch
 from rigs.analysis.cycles import LEVELS, cycle_figures
-from rigs.analysis.maxima import DROP, row_of_break, row_of_maximum
-from rigs.analysis.moduli import FIRST_STRAIN, secant_modulus
+from rigs.analysis.maxima import row_of_break, row_of_maximum
+from rigs.analysis.moduli import secant_modulus
 from rigs.analysis.regression import segment_modulus
 from rigs.analysis.table import Table, table_of
 from rigs.analysis.work import cycle_work, loading_work_ratios, summed_hysteresis
@@ -19,11 +19,10 @@ from rigs.analysis.work import cycle_work, loading_work_ratios, summed_hysteresi
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from rigs.analysis.choices import Choices, Window
     from rigs.analysis.cycles import CycleFigures
     from rigs.axes import IntArray
     from rigs.measurement import Measurement
-
-Window = tuple[float, float]
 
 WHOLE: Final = 0
 """Cycle under which figures of a whole test stand."""
@@ -33,25 +32,6 @@ ALL: Final = "all"
 
 RETURNED: Final = 0.05
 """Share of a cycle's range of strain within which a log with noise came back [1]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Choices:
-    """What is asked of an analysis.
-
-    Attributes
-    ----------
-    windows : tuple of (float, float)
-        Strains, from where a cycle sets out, between which moduli are worked out [1].
-    fit : (float, float) or None
-        Window of strain of fits [1]; None for from a fiftieth of the largest stress to that.
-    drop : float
-        Share of its maximum by which the force has fallen at break [1].
-    """
-
-    windows: tuple[Window, ...] = ((0.0, FIRST_STRAIN),)
-    fit: Window | None = None
-    drop: float = DROP
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -202,7 +202,7 @@ def _exponential_residuals(x: FloatArray, y: FloatArray) -> FloatArray:
     above = y > 0.0
     line = fit_line(x[above], np.log(y[above]))
     if line.points < 3:
-        return y - y.mean()
+        return np.asarray(y - y.mean())
     middle = float(x.mean())
     start = np.array([line.intercept + line.slope * middle, line.slope])
 
