@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.records.measurements import cycled, measurements_of, zeroings_of
+from app.records.reader import read_run
+from app.schemas.measured import load_mapping
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.choices import Choices
 from rigs.analysis.curve_tables import curves_table, fits_table, holds_table, poisson_table, repeatability_table
@@ -13,6 +16,8 @@ from rigs.analysis.figures import results_table
 from rigs.analysis.run_tables import bonds_table, contacts_table, energy_table, hooks_table, shapes_table
 from rigs.axes import SITES
 from rigs.protocol.specimen import make_specimen
+from rigs.readers.mapping import FileMapping
+from rigs.readers.measured import read_measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -71,6 +76,60 @@ def analyse_run(run: RunReader, table: str = "results", choices: Choices = DEFAU
     name = whole[0].name
     parts = cycled(run.trace, run.size, zeroings_of(run), run.test)
     return OF_CURVES[table](whole, [_named(part, name) for part in parts], choices)
+
+
+def analyse_file(tests: Sequence[Measurement], table: str = "results", choices: Choices = DEFAULT) -> Table:
+    """Return a table of the figures of a measured file, along its axes and repeat by repeat.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such table of a measured file.
+    """
+    if table not in OF_CURVES:
+        expected = f"one of {', '.join(OF_CURVES)}; others are of runs alone"
+        raise SpecificationError("--table", table, expected)
+    return OF_CURVES[table](tests, tests, choices)
+
+
+def analyse(
+    place: Path | str, table: str = "results", *, mapping: Path | FileMapping | None = None, choices: Choices = DEFAULT
+) -> Table:
+    """Return a table of the figures of a run or of a measured file.
+
+    Parameters
+    ----------
+    place : Path or str
+        Run folder or its ``run.h5``, or a file of an instrument.
+    table : str
+        One of `OF_CURVES`, or of `OF_RUNS` for runs.
+    mapping : Path, FileMapping or None
+        What a measured file does not say itself; a path of a YAML file.
+    choices : Choices
+        Windows of moduli and fits.
+
+    Raises
+    ------
+    FileNotFoundError, FormatError
+        If there is no run or measured file.
+    SpecificationError
+        If there is no such table, or nothing to analyse.
+    """
+    path = Path(place)
+    if is_run(path):
+        return analyse_run(read_run(path), table, choices)
+    return analyse_file(read_file(path, mapping), table, choices)
+
+
+def is_run(path: Path) -> bool:
+    """Return whether a path is that of a run: a folder, or a file of HDF5."""
+    return path.is_dir() or path.suffix in {".h5", ".vtkhdf"}
+
+
+def read_file(path: Path | str, mapping: Path | FileMapping | None = None) -> list[Measurement]:
+    """Read a measured file, with what it does not say from a mapping; see `rigs.readers.measured.read_measured`."""
+    known = load_mapping(mapping) if isinstance(mapping, Path) else mapping
+    return read_measured(Path(path), FileMapping() if known is None else known)
 
 
 def hooks_of(run: RunReader) -> dict[Axis, int]:
