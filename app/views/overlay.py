@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -90,10 +92,10 @@ def compare(
             found += _of_run(source, how)
         else:
             found += _of_file(source, mapping, how, leave_out)
-    groups = _on_axes(found, axis)
+    groups = _named_apart(_on_axes(found, axis))
     across, along = quantities(groups)
     table = comparison_table(groups, across, along)
-    return Comparison(table=table, figure=draw(groups, across, along, Path(out)))
+    return Comparison(table=table, figure=draw(groups, table, (across, along), Path(out)))
 
 
 def _of_run(path: Path, how: Alignment) -> list[Group]:
@@ -125,7 +127,7 @@ def _of_file(path: Path, mapping: Path | FileMapping | None, how: Alignment, lea
         kept = [test for number, test in enumerate(repeats, start=1) if number not in leave_out]
         if not kept:
             raise SpecificationError("--leave-out", sorted(leave_out), f"fewer than the {len(repeats)} of {path.name}")
-        groups.append(Group(name=path.stem, axis=axis, tests=[aligned(test, how) for test in kept], measured=True))
+        groups.append(Group(name=path.name, axis=axis, tests=[aligned(test, how) for test in kept], measured=True))
     return groups
 
 
@@ -145,10 +147,34 @@ def _on_axes(groups: Sequence[Group], axis: str | None) -> list[Group]:
     return kept
 
 
-def draw(groups: Sequence[Group], across: Across, along: Along, out: Path) -> Path:
-    """Draw the tests of each axis into a panel: repeats as a band about their mean, one alone as a line."""
+def _named_apart(groups: Sequence[Group]) -> list[Group]:
+    """Return the groups; of those of one name along one axis the second and later ones have a number."""
+    seen: Counter[tuple[str, str]] = Counter()
+    found = []
+    for group in groups:
+        seen[group.name, group.axis] += 1
+        count = seen[group.name, group.axis]
+        found.append(group if count == 1 else replace(group, name=f"{group.name} ({count})"))
+    return found
+
+
+def draw(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along], out: Path) -> Path:
+    """Draw the tests of each axis into a panel: repeats as a band about their mean, one alone as a line.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        The tests.
+    scores : Table
+        Their `comparison_table`, whose NRMSE the legend shows.
+    quantity : (Across, Along)
+        What is drawn over what.
+    out : Path
+        Path of the PNG to write.
+    """
     from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
 
+    across, along = quantity
     panels = by_axis(groups)
     figure = Figure(figsize=(7.4 * len(panels), 5.4), layout="constrained")
     row = figure.subplots(1, len(panels), squeeze=False)[0]
@@ -156,10 +182,10 @@ def draw(groups: Sequence[Group], across: Across, along: Along, out: Path) -> Pa
     factor, unit = stress_unit(values) if along == "stress" else force_unit(values)
     for axes, (axis, here) in zip(row, panels.items(), strict=True):
         reference = reference_of(groups, axis)
-        inks = iter(OTHERS * len(here))
-        for group in here:
+        inks = cycle(OTHERS)
+        for group in sorted(here, key=lambda one: one is not reference):
             colour = MEASURED if group is reference and group.measured else next(inks)
-            _draw_group(axes, group, across, along, factor, colour)
+            _draw_group(axes, group, quantity, factor, colour, _label(group, scores))
         axes.set_xlabel("effective strain [%]" if across == "strain" else "travel [mm]", fontsize=12)
         axes.set_ylabel(f"effective stress [{unit}]" if along == "stress" else f"force [{unit}]", fontsize=12)
         axes.legend(frameon=False, fontsize=11, loc="upper left")
@@ -173,18 +199,31 @@ def panel_name(axis: str) -> str:
     return {str(one): name for one, name in NAMES.items()}.get(axis, axis)
 
 
-def _draw_group(axes: Axes, group: Group, across: Across, along: Along, factor: float, colour: str) -> None:
+def _label(group: Group, scores: Table) -> str:
+    """Return the entry of a group in the legend: its name, how many repeats, and its NRMSE."""
+    count = len(group.tests)
+    words = [f"mean of {count}, band from least to largest"] if count > 1 else []
+    for name, axis, _, figure, value, *_ in scores.rows():
+        if (name, axis, figure) == (group.name, group.axis, "NRMSE"):
+            words.append(f"NRMSE {100.0 * float(value):.2g} %")
+    return f"{group.name}: {', '.join(words)}" if words else group.name
+
+
+def _draw_group(
+    axes: Axes, group: Group, quantity: tuple[Across, Along], factor: float, colour: str, label: str
+) -> None:
+    across, along = quantity
     scale = 100.0 if across == "strain" else 1e3
     if len(group.tests) > 1:
         band = group.band(across, along)
         axes.fill_between(scale * band.x, factor * band.low, factor * band.high, color=colour, alpha=0.25, lw=0)
-        label = f"{group.name}: mean of {band.repeats}, band from least to largest"
         axes.plot(scale * band.x, factor * band.mean, color=colour, lw=1.8, label=label)
         for x, y in group.curves(across, along):
             axes.plot(scale * x, factor * y, color=colour, lw=0.5, alpha=0.5)
         return
     one = group.tests[0]
-    x, y = (getattr(one.test, name) for name in (across, along))
-    rows = len(one.loading)
-    axes.plot(scale * x[:rows], factor * y[:rows], color=colour, lw=1.8, label=group.name)
-    axes.plot(scale * x[rows - 1 :], factor * y[rows - 1 :], color=colour, lw=1.2, ls="--", alpha=0.7)
+    axes.plot(
+        scale * getattr(one.loading, across), factor * getattr(one.loading, along), color=colour, lw=1.8, label=label
+    )
+    back = one.test.chosen(slice(int(np.argmax(one.test.travel)), None))
+    axes.plot(scale * getattr(back, across), factor * getattr(back, along), color=colour, lw=1.2, ls="--", alpha=0.7)

@@ -77,24 +77,22 @@ def decoded(data: bytes, path: Path | str = "file") -> str:
     >>> decoded(b"\xef\xbb\xbfTime"), decoded("µm".encode("cp1252")), decoded("N".encode("utf-16"))
     ('Time', 'µm', 'N')
     """
-    for mark, encoding in _MARKS:
-        if data.startswith(mark):
-            return _decoded(data, encoding, path)
+    marked = next((encoding for mark, encoding in _MARKS if data.startswith(mark)), "utf-8")
     try:
-        return data.decode()
+        text = data.decode(marked)
     except UnicodeDecodeError:
-        return _decoded(data, "cp1252", path)
+        text = _decoded(data, marked if marked != "utf-8" else "cp1252", path)
+    if "\0" in text:
+        raise FormatError(path, text[: text.index("\0")].count("\n") + 1, "text, but a byte 0x00 is none")
+    return text
 
 
 def _decoded(data: bytes, encoding: str, path: Path | str) -> str:
     try:
-        text = data.decode(encoding)
+        return data.decode(encoding)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise FormatError(path, line, f"text, but byte 0x{data[error.start]:02x} is none in {encoding}") from error
-    if "\0" in text:
-        raise FormatError(path, text[: text.index("\0")].count("\n") + 1, "text, but a byte 0x00 is none")
-    return text
 
 
 def delimiter_of(text: str) -> str:
@@ -106,7 +104,12 @@ def delimiter_of(text: str) -> str:
     (';', ',', ',')
     """
     lines = [line for line in islice(io.StringIO(text), LOOKED_AT) if line.strip()]
-    return max(DELIMITERS, key=lambda mark: sum(map(is_number, chain.from_iterable(csv.reader(lines, delimiter=mark)))))
+
+    def fields(mark: str) -> tuple[int, int]:
+        numbers = sum(map(is_number, chain.from_iterable(csv.reader(lines, delimiter=mark))))
+        return numbers, sum(mark in line for line in lines)
+
+    return max(DELIMITERS, key=fields)
 
 
 def is_number(field: str) -> bool:
