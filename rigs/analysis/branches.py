@@ -103,7 +103,8 @@ def strokes_of(travel: FloatArray) -> tuple[IntArray, tuple[Phase, ...]]:
         way = travel[first : last + 1]
         leaving, coming = (np.flatnonzero(np.abs(way - end) > near) for end in (way[0], way[-1]))
         if len(leaving) and len(coming):
-            still[first : first + int(leaving[0])] = True
+            # The row at a turn belongs to the stroke that led there.
+            still[first + (first > 0) : first + int(leaving[0])] = True
             still[first + int(coming[-1]) + 2 : last + 1] = True
     phase: list[Phase] = ["Stretch" if goes else "Recover" for goes in outward.tolist()]
     for rest in _runs(still):

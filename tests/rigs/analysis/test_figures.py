@@ -82,4 +82,4 @@ def test_a_hold_of_travel_relaxes() -> None:
     assert len(found) == 1
     assert found.columns["kind"][0] == "relaxation"
     assert found.columns["final rate"][0] == pytest.approx(-40.0)
-    assert found.columns["change"][0] == pytest.approx(-0.4, abs=0.01)
+    assert found.columns["change"][0] == pytest.approx(-0.4)
