@@ -15,6 +15,7 @@ COMPARE_HELP: Final = """\b
 Examples:
   knitlab compare examples/fabric/measured/course.csv --width 66.56mm --leave-out 1
   knitlab compare runs/course fabric.csv --axis C --slack 50mN --out course.png
+  knitlab compare runs/course Specimen_RawData_*.csv --repeats --axis C
   knitlab compare runs/a runs/b --cycle 2 --table scores.csv"""
 
 
@@ -36,6 +37,7 @@ def compare(  # noqa: PLR0913 (each is an option)
     leave_out: Annotated[
         list[int] | None, typer.Option("--leave-out", help="Repeat of the files to leave out; may be repeated.")
     ] = None,
+    repeats: Annotated[bool, typer.Option("--repeats", help="All files are repeats of one test: one band.")] = False,
     mapping: Mapping = None,
     gauge_length: GaugeLength = None,
     width: Width = None,
@@ -60,6 +62,7 @@ def compare(  # noqa: PLR0913 (each is an option)
         alignment=Alignment(cycle=cycle, slack=level, offset=offset),
         axis=axis,
         leave_out=leave_out or (),
+        repeats=repeats,
     )
     if table is not None:
         write_table(found.table, table)

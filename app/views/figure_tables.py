@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from rich.measure import Measurement
 from rich.table import Table
 
+from app.views.labels import shortened
 from app.views.tables import console_of, print_json
 
 if TYPE_CHECKING:
@@ -71,7 +72,14 @@ def _print_figures(found: Figures, *, spread: bool) -> None:
     ]
     _print(
         _table(
-            ["axis", "cycle", "figure", *shown, *(["mean", "deviation"] if spread and len(names) > 1 else []), "unit"],
+            [
+                "axis",
+                "cycle",
+                "figure",
+                *map(shortened, shown),
+                *(["mean", "deviation"] if spread and len(names) > 1 else []),
+                "unit",
+            ],
             rows,
         )
     )

@@ -14,6 +14,7 @@ from app.records.analysis import is_run, read_file
 from app.records.measurements import cycled, whole_test, zeroings_of
 from app.records.reader import read_run
 from app.views.curves import force_unit, stress_unit
+from app.views.labels import shortened
 from app.views.plots import NAMES, finish
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.alignment import Alignment, aligned
@@ -57,6 +58,7 @@ def compare(
     alignment: Alignment | None = None,
     axis: str | None = None,
     leave_out: Collection[int] = (),
+    repeats: bool = False,
 ) -> Comparison:
     """Lay runs and measured files over each other; draw them and score them.
 
@@ -77,6 +79,8 @@ def compare(
         Compare this axis alone; a file that names no axis is of this one. None for all.
     leave_out : collection of int
         Repeats of the files that are left out, counted from 1.
+    repeats : bool
+        Whether the measured files are repeats of one test, one after the other.
 
     Raises
     ------
@@ -87,11 +91,16 @@ def compare(
     if not sources:
         raise SpecificationError("sources", 0, "a run or a measured file, or several")
     found: list[Group] = []
+    measured: list[Path] = []
     for source in map(Path, sources):
         if is_run(source):
             found += _of_run(source, how)
+        elif repeats:
+            measured.append(source)
         else:
-            found += _of_file(source, mapping, how, leave_out)
+            found += _of_files([source], mapping, how, leave_out)
+    if measured:
+        found += _of_files(measured, mapping, how, leave_out)
     groups = _named_apart(_on_axes(found, axis))
     across, along = quantities(groups)
     table = comparison_table(groups, across, along)
@@ -118,16 +127,19 @@ def _of_run(path: Path, how: Alignment) -> list[Group]:
     ]
 
 
-def _of_file(path: Path, mapping: Path | FileMapping | None, how: Alignment, leave_out: Collection[int]) -> list[Group]:
-    """Return the axes of a file, each with its repeats."""
-    tests = read_file(path, mapping)
+def _of_files(
+    paths: Sequence[Path], mapping: Path | FileMapping | None, how: Alignment, leave_out: Collection[int]
+) -> list[Group]:
+    """Return the axes of files that belong together, each with its repeats."""
+    tests = [test for path in paths for test in read_file(path, mapping)]
+    name = paths[0].name if len(paths) == 1 else f"{paths[0].name} and {len(paths) - 1} more"
     groups = []
     for axis in dict.fromkeys(test.axis for test in tests):
         repeats: list[Measurement] = [test for test in tests if test.axis == axis]
         kept = [test for number, test in enumerate(repeats, start=1) if number not in leave_out]
         if not kept:
-            raise SpecificationError("--leave-out", sorted(leave_out), f"fewer than the {len(repeats)} of {path.name}")
-        groups.append(Group(name=path.name, axis=axis, tests=[aligned(test, how) for test in kept], measured=True))
+            raise SpecificationError("--leave-out", sorted(leave_out), f"fewer than the {len(repeats)} of {name}")
+        groups.append(Group(name=name, axis=axis, tests=[aligned(test, how) for test in kept], measured=True))
     return groups
 
 
@@ -202,11 +214,12 @@ def panel_name(axis: str) -> str:
 def _label(group: Group, scores: Table) -> str:
     """Return the entry of a group in the legend: its name, how many repeats, and its NRMSE."""
     count = len(group.tests)
-    words = [f"mean of {count}, band from least to largest"] if count > 1 else []
+    words = [f"mean of {count} with their band"] if count > 1 else []
     for name, axis, _, figure, value, *_ in scores.rows():
         if (name, axis, figure) == (group.name, group.axis, "NRMSE"):
             words.append(f"NRMSE {100.0 * float(value):.2g} %")
-    return f"{group.name}: {', '.join(words)}" if words else group.name
+    name = shortened(group.name)
+    return f"{name}: {', '.join(words)}" if words else name
 
 
 def _draw_group(

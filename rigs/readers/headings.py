@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from rigs.logs.units import UNITS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
 Quantity: TypeAlias = Literal[
     "time", "travel", "distance", "force", "strain", "stress", "width", "cycle", "phase", "segment", "repeat", "other"
@@ -35,23 +35,25 @@ FACTORS: Final[Mapping[str, Mapping[str, float]]] = {
 }
 """Factors to SI of units that only others write."""
 
+_BEFORE: Final = r"(.*[\W_])?"
+_AFTER: Final = r"([\W_].*)?"
+
 _WORDS: Final[tuple[tuple[str, Quantity], ...]] = (
-    (r"maximum .*|.* at (maximum|break|peak).*|raw .*", "other"),
-    (r"biaxial-hook\.time", "other"),
-    (r"total cycle count|cycle( (count|number))?|cycles|zyklus|cycle elapsed.*", "cycle"),
+    (r"maximum .*|.* at (maximum|break|peak).*|raw .*|biaxial-hook\.time", "other"),
+    (r"total cycle count|cycle( (count|number))?|cycles|zyklus(zähler)?|循环计数", "cycle"),
     (r"segment id", "segment"),
     (r"repeat|repetition|specimen( number)?|probe", "repeat"),
-    (r"(.* )?(time|zeit|prüfzeit|temps)( 1)?", "time"),
-    (r"(.*[\W_])?([xy]|current )?(size|distance|grip separation|einspannlänge|clamp distance)", "distance"),
-    (r"(.*[\W_])?(transverse|lateral|width|breite)([\W_].*)?", "width"),
-    (r"(.*[\W_])?(stress|spannung|contrainte)([\W_].*)?", "stress"),
-    (r"(.*[\W_])?(strain|dehnung|déformation)([\W_].*)?", "strain"),
-    (r"(.*[\W_])?[xy]?(force|load|standardkraft|kraft|last|charge)([\W_].*)?", "force"),
+    (rf"{_BEFORE}(time|zeit|prüfzeit|temps|czas|godzina|时间)( 1| measurement)?", "time"),
+    (rf"{_BEFORE}([xy]|current )?(size|distance|grip separation|einspannlänge)", "distance"),
+    (rf"{_BEFORE}(transverse|lateral|width|breite){_AFTER}", "width"),
+    (rf"{_BEFORE}(stress|(zug|druck|biege)?spannung|contrainte|(拉伸|压缩)?应力){_AFTER}", "stress"),
+    (rf"{_BEFORE}(strain|(zug|biege)?dehnung|stauchung|déformation|(拉伸|压缩)?应变){_AFTER}", "strain"),
+    (rf"{_BEFORE}[xy]?(force|load|(standard|zug|druck)?kraft|last|charge|载荷|力){_AFTER}", "force"),
+    (rf"{_BEFORE}[xy]?(extension|displacement|travel|crosshead|position){_AFTER}", "travel"),
     (
-        r"(.*[\W_])?[xy]?(extension|displacement|travel|crosshead|position|weg|standardweg|traversenweg)([\W_].*)?",
+        rf"{_BEFORE}((standard|traversen)?weg|verlängerung|déplacement|allongement|przemieszczenie|位移){_AFTER}",
         "travel",
     ),
-    (r"(.*[\W_])?(verlängerung|déplacement|allongement)([\W_].*)?", "travel"),
 )
 _QUANTITIES: Final = tuple((re.compile(pattern), quantity) for pattern, quantity in _WORDS)
 _UNIT: Final = r"[%A-Za-zµμ°²/^0-9-]{1,8}"
@@ -126,6 +128,21 @@ def unit_below(text: str) -> str | None:
     """Return the unit in a field below a heading, ``(mm)`` or ``mm``, empty where it is blank; None if it is none."""
     match = _BELOW.fullmatch(text.strip())
     return None if match is None else match[1] or ""
+
+
+def by_unit(heading: Heading, unit: str, taken: Collection[Quantity]) -> Heading:
+    """Return what a heading in an unknown language means by its unit, unless another column has that quantity."""
+    if heading.quantity != "other" or heading.text.casefold().startswith(("maximum ", "raw ")):
+        return replace(heading, unit=unit or heading.unit)
+    for quantity in ("time", "travel", "force", "stress", "strain"):
+        if unit and quantity not in taken and factor_to_si(quantity, unit) is not None:
+            return replace(heading, quantity=quantity, unit=unit)
+    return replace(heading, unit=unit)
+
+
+def is_force(unit: str) -> bool:
+    """Return whether a unit is one of force."""
+    return factor_to_si("force", unit) is not None
 
 
 def _quantity(name: str) -> Quantity:

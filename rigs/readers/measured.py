@@ -154,8 +154,10 @@ def _time_before(table: ReadTable, column: ReadColumn) -> ReadColumn | None:
 
 
 def _section(table: ReadTable, axis: str, mapping: FileMapping) -> float:
-    """Return the section that carries a force [m²], by the width that is given, or the first distance across."""
+    """Return the section that carries a force [m²]: by the width or area that is given, or the distance across."""
     width = mapping.width
+    if np.isnan(width) and table.area > 0.0:
+        return table.area
     across = _of(table, "distance", {"C": "W", "W": "C"}.get(axis, "none"))
     if np.isnan(width) and across is not None and across.heading.axis:
         width = float(across.values[0])

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from knitlab_core.errors import FormatError
-from rigs.readers.headings import DIMENSIONS, Heading, factor_to_si, meaning, unit_below
+from rigs.readers.headings import DIMENSIONS, Heading, by_unit, factor_to_si, is_force, meaning, unit_below
 from rigs.readers.layouts import layout_of
 from rigs.readers.numbers import decimal_of, number
 from rigs.readers.source import is_number, read_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigs.axes import FloatArray
@@ -25,8 +25,13 @@ if TYPE_CHECKING:
 LOOKED_AT: Final = 200
 """Lines within which the headings are looked for."""
 
-_GAUGE: Final = re.compile(r"(dimension\s*:\s*)?(length|gauge length|messlänge|einspannlänge|l0)", re.IGNORECASE)
-_LABEL: Final = re.compile(r"(text inputs\s*:\s*)?specimen (label|id)|probe(nname)?", re.IGNORECASE)
+_PART: Final = r"(?:.* : )?"
+_GAUGE: Final = re.compile(rf"{_PART}(?:length|.*ga(?:u)?ge length.*|messlänge|einspannlänge|l0)", re.IGNORECASE)
+_AREA: Final = re.compile(rf"{_PART}(?:area|cross-section(?:al area)?|querschnitt(?:sfläche)?)", re.IGNORECASE)
+_WIDTH: Final = re.compile(rf"{_PART}(?:width|breite)", re.IGNORECASE)
+_THICKNESS: Final = re.compile(rf"{_PART}(?:thickness|dicke)", re.IGNORECASE)
+_LABEL: Final = re.compile(rf"{_PART}(?:specimen (?:label|id)|proben-?(?:beschriftung|name)|probe)", re.IGNORECASE)
+_AREAS: Final = {"mm^2": 1e-6, "mm²": 1e-6, "mm2": 1e-6, "cm^2": 1e-4, "cm²": 1e-4, "m^2": 1.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,8 +63,9 @@ class ReadTable:
         In their order.
     label : str
         What the file calls its specimen; empty if it does not.
-    gauge_length : float
-        Gauge length that the lines above the table give [m]; ``nan`` if they do not.
+    gauge_length, area : float
+        Gauge length [m] and section [m²] that the lines above the table give; ``nan`` if they do not. It is given
+        as an area, or as width and thickness.
     lines : tuple of int, length n
         Line of the file of each row.
     """
@@ -67,6 +73,7 @@ class ReadTable:
     columns: tuple[ReadColumn, ...]
     label: str
     gauge_length: float
+    area: float
     lines: tuple[int, ...]
 
 
@@ -110,18 +117,30 @@ def read_table(
     return ReadTable(
         columns=tuple(_column(path, rows, k, heading, mark) for k, heading in enumerate(columns)),
         label=_fact(above, _LABEL),
-        gauge_length=_gauge_length(above, mark),
+        gauge_length=_length(above, _GAUGE, mark),
+        area=_area(above, mark),
         lines=tuple(line.number for line in rows),
     )
 
 
 def _heading_line(lines: Sequence[Line], given: Mapping[str, Heading]) -> int | None:
-    """Return the line of the headings: the first with two or more that are known and no number; None if none is."""
-    for k, line in enumerate(lines[:LOOKED_AT]):
-        known = [field for field in line.fields if field in given or meaning(field).quantity != "other"]
-        if len(known) > 1 and not any(is_number(field) for field in line.fields):
+    """Return the line of the headings: the first with two or more that are known, or else one above units.
+
+    None if there is no such line; one with a number is none.
+    """
+    texts = [k for k, line in enumerate(lines[:LOOKED_AT]) if not any(map(is_number, line.fields))]
+    for k in texts:
+        if sum(field in given or meaning(field).quantity != "other" for field in lines[k].fields) > 1:
             return k
-    return None
+    return next((k for k in texts if _is_above_units(lines, k)), None)
+
+
+def _is_above_units(lines: Sequence[Line], k: int) -> bool:
+    """Return whether the line below is one of as many units, a force among them, in brackets."""
+    below = lines[k + 1].fields if k + 1 < len(lines) else []
+    units = [unit_below(field) for field in below]
+    bracketed = all(not field or field[0] in "([" for field in below)
+    return bracketed and len(below) == len(lines[k].fields) > 1 and any(unit and is_force(unit) for unit in units)
 
 
 def _meanings(path: Path, line: Line, given: Mapping[str, Heading]) -> list[Heading]:
@@ -163,8 +182,12 @@ def _units_below(body: list[Line], columns: list[Heading], path: Path) -> tuple[
     if first is not None and len(first.fields) == len(columns) and not any(map(is_number, first.fields)):
         units = [unit_below(field) for field in first.fields]
         if any(units) and all(unit is not None for unit in units):
-            columns = [replace(one, unit=unit or one.unit) for one, unit in zip(columns, units, strict=True)]
-            body = body[1:]
+            known: list[Heading] = []
+            taken = {one.quantity for one in columns}
+            for one, unit in zip(columns, units, strict=True):
+                known.append(by_unit(one, unit or "", taken))
+                taken.add(known[-1].quantity)
+            columns, body = known, body[1:]
     for k, heading in enumerate(columns):
         if heading.quantity in DIMENSIONS and heading.unit and factor_to_si(heading.quantity, heading.unit) is None:
             line = first.number if first else 1
@@ -216,12 +239,23 @@ def _fact(above: Sequence[Line], pattern: re.Pattern[str]) -> str:
     return next(found, "")
 
 
-def _gauge_length(above: Sequence[Line], decimal: str) -> float:
-    """Return the gauge length of a line such as ``Dimension : Length, 45.0, mm`` [m]; nan if there is none."""
+def _length(above: Sequence[Line], pattern: re.Pattern[str], decimal: str) -> float:
+    """Return the length of a line such as ``Dimension : Length, 45.0, mm`` [m]; nan if there is none."""
+    return next(_values(above, pattern, decimal, lambda unit: factor_to_si("travel", unit)), float("nan"))
+
+
+def _area(above: Sequence[Line], decimal: str) -> float:
+    """Return the section that is given as an area, or as width and thickness [m²]; nan if it is not."""
+    sides = _length(above, _WIDTH, decimal) * _length(above, _THICKNESS, decimal)
+    return next(_values(above, _AREA, decimal, _AREAS.get), sides)
+
+
+def _values(
+    above: Sequence[Line], pattern: re.Pattern[str], decimal: str, factor_of: Callable[[str], float | None]
+) -> Iterator[float]:
+    """Yield the values of lines of a name, a number and a unit, in SI units."""
     for line in above:
-        if len(line.fields) > 2 and _GAUGE.fullmatch(line.fields[0]):
-            factor = factor_to_si("travel", line.fields[2].strip("()[]"))
-            value = number(line.fields[1], decimal)
+        if len(line.fields) > 2 and pattern.fullmatch(line.fields[0]):
+            value, factor = number(line.fields[1], decimal), factor_of(line.fields[2].strip("()[]"))
             if value is not None and factor is not None:
-                return value * factor
-    return float("nan")
+                yield value * factor

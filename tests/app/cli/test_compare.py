@@ -142,3 +142,19 @@ def test_help_names_every_table(say: Callable[..., Said]) -> None:
     told = say("analyse", "--help").out
     for name in (*OF_CURVES, *OF_RUNS):
         assert f"  {name} " in told
+
+
+def test_files_may_be_repeats_of_one_test(say: Callable[..., Said], tmp_path: Path) -> None:
+    paths = []
+    for number in (1, 2, 3):
+        paths.append(tmp_path / f"a name that is longer than a legend has room for, Specimen_RawData_{number}.csv")
+        rows = "".join(f"{0.1 * k:.1f},{0.2 * k:.1f},{number * k}\n" for k in range(20))
+        paths[-1].write_text(f"Time (s),Extension (mm),Load (N)\n{rows}", encoding="utf-8")
+    one, *_ = (
+        scores(say("compare", *paths, "--repeats", *words, "--out", tmp_path / "a.png", "--json").out)
+        for words in ((), ("--leave-out", 2))
+    )
+    (name,) = {name for name, _, _ in one}
+    assert one[name, "", "Repeats"] == 3
+    # The mean of 1, 2 and 3 N on 0.2 mm.
+    assert one[name, "", "Stiffness (secant 0 mm - 3.8 mm)"] == pytest.approx(1e4)

@@ -162,3 +162,58 @@ def test_an_indenters_force_is_read_at_the_times_of_its_displacement(tmp_path: P
     # The load is k mN half a second late, so that it is k - 1/2 at k.
     assert test.force[1:] == pytest.approx([0.5e-3, 1.5e-3, 2.5e-3, 3.5e-3])
     assert test.travel == pytest.approx([0.0, 1e-6, 2e-6, 3e-6, 4e-6])
+
+
+# In the forms of files that laboratories published; the numbers are our own.
+BLUEHILL = {
+    "2, with facts and an extensometer": (
+        'Course,"AE 1"\nCrosshead Rate,4.00,mm/min\nStart Date,1/2/2026 10:54 AM\nHeat treatment,""\nArea,40.0,mm^2\n'
+        "Gage Length (Extensometer),25.00,mm\nMaximum Load,22840,N\nTensile strain at Maximum Load,0.07,mm/mm\n\n"
+        "Time,Extension,Load,Strain 1\n(sec),(mm),(N),(mm/mm)\n0.00,0.00,-4.0,-0.00001\n0.50,0.03,1152,0.0100\n"
+    ),
+    "3, German": (
+        'Texteingaben : Proben-beschriftung;"P 6-1"\nAllgemein : Startdatum;16.08.2026 16:07:51\n'
+        "Abmessung : Querschnitt;40,00000;mm^2\n\nZeit;Traversenweg;Last;Dehnung 1;Zugspannung\n"
+        "(sec);(mm);(kN);(%);(MPa)\n0,00000;0,0000;-0,004;-0,001;-0,10\n0,50000;0,0300;1,152;1,00000;28,80\n"
+    ),
+    "Universal, Chinese": (
+        "时间,位移,载荷,压缩应变 (位移),压缩应力,循环计数\n(s),(mm),(N),(%),(MPa),\n"
+        "0,0,-4,-0.001,-0.1,0\n0.5,0.03,1152,1,28.8,0\n"
+    ),
+    "3, Polish, read as Windows-1252": (
+        'W³aœciwoœci próbki : D³ugoœæ;"3,00000";mm\n\nGodzina;Przemieszczenie;Obci¹¿enie;Odkszta³cenie 1\n'
+        '(s);(mm);(N);(mm/mm)\n"0,00000";"0,00000";"-4,00000";"-0,00001"\n"0,50000";"0,03000";"1152,00000";"0,01000"\n'
+    ),
+    "Universal, units in the headings": (
+        "Time measurement (s),Primary load measurement (N),Extension (mm),Strain 1 (%)\n"
+        "0,-4,0,-0.001\n0.5,1152,0.03,1\n"
+    ),
+    "3, gauge length of the extension": (
+        'Strain : Tensile strain (Extension) gauge length,"3.00000",mm\n\nTime,Extension,Load\n(s),(mm),(N)\n'
+        '"0.00000","0.00000","-4.00000"\n"0.50000","0.03000","1,152.00000"\n'
+    ),
+    "UStretch": (
+        "SetName\tCycle\tTime_S\tSize_mm\tDisplacement_mm\tForce_N\n"
+        "s\t1-Stretch\t0\t3\t0\t-4\ns\t1-Stretch\t0.5\t3.03\t0.03\t1152\n"
+    ),
+}
+
+
+@pytest.mark.parametrize("form", BLUEHILL)
+def test_files_in_the_forms_of_other_laboratories(tmp_path: Path, form: str) -> None:
+    (test,) = read_measured(written(tmp_path, BLUEHILL[form]))
+    assert test.time == pytest.approx([0.0, 0.5])
+    assert test.travel == pytest.approx([0.0, 3e-5])
+    assert test.force == pytest.approx([-4.0, 1152.0])
+    assert test.strain[1] == pytest.approx(0.01)
+    if form in {"2, with facts and an extensometer", "3, German", "Universal, Chinese"}:
+        assert test.stress[1] == pytest.approx(28.8e6)
+    else:
+        assert np.isnan(test.stress).all()
+    assert test.name == ("P 6-1" if form == "3, German" else "file")
+
+
+def test_units_below_tell_what_unknown_words_mean(tmp_path: Path) -> None:
+    (test,) = read_measured(written(tmp_path, "aika;venymä;kuorma;muuta\n(s);(mm);(kN);\n0;0;0;1\n1;2;3;4\n"))
+    assert test.travel == pytest.approx([0.0, 2e-3])
+    assert test.force == pytest.approx([0.0, 3e3])
