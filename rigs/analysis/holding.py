@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigs.analysis.regression import fit_line
+from rigs.analysis.regression import fit_line, window
 
 if TYPE_CHECKING:
     from rigs.axes import FloatArray
@@ -66,7 +66,6 @@ def hold_figures(time: FloatArray, value: FloatArray) -> Hold:
     since = time - time[0]
     later = since > 0.0
     line = fit_line(np.log10(since[later]), value[later])
-    half = since >= 0.5 * since[-1]
     start, end = float(value[0]), float(value[-1])
     done = (value - start) / (end - start) if end != start else np.full(len(value), np.nan)
     passed = np.flatnonzero(done >= 0.5)
@@ -79,7 +78,7 @@ def hold_figures(time: FloatArray, value: FloatArray) -> Hold:
         per_decade_low=line.low,
         per_decade_high=line.high,
         r2=line.r2,
-        final_rate=fit_line(since[half], value[half]).slope,
+        final_rate=fit_line(*window(since, value, 0.5 * float(since[-1]), float(since[-1]))).slope,
         half_time=_crossing(since, done, int(passed[0])) if len(passed) else float("nan"),
     )
 

@@ -13,10 +13,10 @@ from app.records.export import export_log
 from app.records.results import figures_of
 from app.records.table_files import write_table
 from knitlab_core.errors import SpecificationError
-from rigs.analysis.run_tables import break_histogram, energy_table, hooks_table
+from rigs.analysis.run_tables import bonds_table, break_histogram, energy_table, hooks_table
 from rigs.analysis.table import Table
 from rigs.trace import trace_of
-from tests.synthetic_run import SIZE, make_run, rows, stress
+from tests.synthetic_run import PROTOCOL, SIZE, make_run, rows, stress
 
 if TYPE_CHECKING:
     from app.records.reader import RunReader
@@ -60,6 +60,14 @@ def test_a_run_and_its_own_log_have_the_same_figures(run: RunReader) -> None:
         assert read[key] == pytest.approx(own[key], rel=0.02)
 
 
+def test_a_free_axis_is_the_strain_across_of_the_other(tmp_path: Path) -> None:
+    free = make_run(tmp_path / "run.h5", protocol=PROTOCOL.replace("others: hold", "others: free"), sampled=False)
+    table = analyse_run(free, "poisson")
+    # The made-up test stretches both alike.
+    assert list(table.columns["Poisson's ratio"]) == pytest.approx([-1.0] * len(table))
+    assert set(table.columns["axis"]) == {"C", "W"}
+
+
 def test_shares_of_the_stored_energy_sum_up_to_one() -> None:
     table = energy_table(trace_of(rows()), SIZE)
     parts = [table.columns[name] for name in table.columns if name.endswith("of stored")]
@@ -71,6 +79,14 @@ def test_the_force_along_a_pole_is_measured_by_the_mean_hook() -> None:
     ratio = np.array(hooks_table(trace_of(made), SIZE, {"C": 12, "W": 12}).columns["lateral over axial"], dtype=float)
     # A hundredth of the axis' force is twelve hundredths of that of one of its twelve hooks.
     assert ratio[np.isfinite(ratio)] == pytest.approx(0.12)
+
+
+def test_broken_points_make_a_histogram_of_each_axis() -> None:
+    made = [replace(row, bonds_broken=4 if row.time > 30.0 else 0) for row in rows()]
+    table = bonds_table(trace_of(made), SIZE)
+    for axis in ("C", "W"):
+        counts = [int(row[3]) for row in table.rows() if row[0] == axis]
+        assert (len(counts), sum(counts), max(counts)) == (40, 4, 4)
 
 
 def test_breaks_count_at_the_strain_of_their_row() -> None:
