@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
-from rigs.analysis.figures import RETURNED, Figure
+from rigs.analysis.figures import RETURNED, Figure, figures_table
 from rigs.analysis.repeatability import Band, band_of, common_range, nrmse, read_at
-from rigs.analysis.table import Table, table_of
 from rigs.analysis.work import cycle_work, is_closed, loop_area
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigs.analysis.alignment import Aligned
+    from rigs.analysis.table import Table
     from rigs.axes import FloatArray
 
 Across: TypeAlias = Literal["strain", "travel"]
@@ -24,6 +24,20 @@ Along: TypeAlias = Literal["stress", "force"]
 
 SECANTS: Final = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Strains to which secants run; those of travel end at quarters of what all tests cover."""
+
+
+SLOPE_UNITS: Final[Mapping[tuple[Across, Along], str]] = {
+    ("strain", "stress"): "Pa",
+    ("strain", "force"): "N",
+    ("travel", "stress"): "Pa/m",
+    ("travel", "force"): "N/m",
+}
+WORK_UNITS: Final[Mapping[tuple[Across, Along], str]] = {
+    ("strain", "stress"): "J/m3",
+    ("strain", "force"): "J/m",
+    ("travel", "stress"): "J/m2",
+    ("travel", "force"): "J",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,10 +109,7 @@ def comparison_table(groups: Sequence[Group], across: Across, along: Along) -> T
             )
         for group in here:
             found += _scores(group, reference, at, across, along)
-    rows = [
-        {name: getattr(one, name) for name in Figure.__dataclass_fields__} for one in found if np.isfinite(one.value)
-    ]
-    return table_of("comparison", rows, {}, *Figure.__dataclass_fields__)
+    return figures_table("comparison", found)
 
 
 def _scores(group: Group, reference: Group, at: FloatArray, across: Across, along: Along) -> Iterator[Figure]:
@@ -115,7 +126,7 @@ def _scores(group: Group, reference: Group, at: FloatArray, across: Across, alon
     for end in secant_ends(at, across):
         name, unit = _secant_name(end, across, along)
         values[name] = ([secant(x, y, end) for x, y in curves], unit)
-    work = "J/m3" if (across, along) == ("strain", "stress") else "J" if (across, along) == ("travel", "force") else "N"
+    work = WORK_UNITS[across, along]
     last = f"{100 * at[-1]:.3g} %" if across == "strain" else f"{1e3 * at[-1]:.3g} mm"
     values[f"Energy of loading to {last}"] = ([work_to(x, y, float(at[-1])) for x, y in curves], work)
     loops = [_loop(one, across, along) for one in group.tests]
@@ -154,14 +165,9 @@ def secant_ends(at: FloatArray, across: Across) -> list[float]:
 
 
 def _secant_name(end: float, across: Across, along: Along) -> tuple[str, str]:
-    unit = {
-        ("strain", "stress"): "Pa",
-        ("strain", "force"): "N",
-        ("travel", "force"): "N/m",
-        ("travel", "stress"): "Pa/m",
-    }
+    """Return name and unit of a secant."""
     where = f"0 % - {100 * end:g} %" if across == "strain" else f"0 mm - {1e3 * end:.3g} mm"
-    return f"Modulus (secant {where})" if along == "stress" else f"Stiffness (secant {where})", unit[across, along]
+    return f"{'Modulus' if along == 'stress' else 'Stiffness'} (secant {where})", SLOPE_UNITS[across, along]
 
 
 def secant(x: FloatArray, y: FloatArray, end: float) -> float:

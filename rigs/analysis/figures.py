@@ -66,9 +66,14 @@ def results_table(whole: Sequence[Measurement], cycled: Sequence[Measurement], c
     for one in cycled:
         found += of_cycles(one, choices.windows)
     found += _over_axes(cycled)
-    kept = [one for one in found if isfinite(one.value)]
-    rows = [{name: getattr(one, name) for name in Figure.__dataclass_fields__} for one in kept]
-    return table_of("results", rows, {}, *Figure.__dataclass_fields__)
+    return figures_table("results", found)
+
+
+def figures_table(name: str, figures: Iterable[Figure]) -> Table:
+    """Return figures as a tidy table, those without a value left out."""
+    names = tuple(Figure.__dataclass_fields__)
+    rows = [{field: getattr(one, field) for field in names} for one in figures if isfinite(one.value)]
+    return table_of(name, rows, {}, *names)
 
 
 def _of_whole(test: Measurement, drop: float) -> Iterator[Figure]:
