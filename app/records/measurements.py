@@ -14,7 +14,7 @@ from rigs.measurement import Measurement
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from app.records.reader import RunReader
     from rigs.protocol.protocol import Protocol
@@ -92,17 +92,26 @@ def zeroings_of(run: RunReader) -> list[Zeroing]:
 
 
 def measurements_of(run: RunReader) -> list[Measurement]:
-    """Return the equilibria of a run along each driven axis, as one whole test.
+    """Return the equilibria of a run along each driven axis, as one whole test, with the strain across where known."""
+    name = str(run.provenance.get("name", run.path.parent.name))
+    whole = whole_test(run.trace, run.size, zeroings_of(run), name)
+    return with_strain_across(whole, run.trace, free=run.test.others == "free")
 
-    Where others than an axis are free their strain is the axis' transverse strain.
+
+def with_strain_across(whole: Sequence[Measurement], trace: Trace, *, free: bool) -> list[Measurement]:
+    """Return the measurements of a planar test with the strain of the other axis, where that is free to follow.
+
+    It is known of an axis that has carriages of its own, and of a side of a periodic cell that nothing drives.
     """
-    whole = whole_test(run.trace, run.size, zeroings_of(run), str(run.provenance.get("name", run.path.parent.name)))
-    return list(_across(whole, free=run.test.others == "free"))
-
-
-def _across(whole: Sequence[Measurement], *, free: bool) -> Iterator[Measurement]:
-    """Yield measurements of a planar test with the strain of the other axis, where that is free to follow."""
-    strains = {one.axis: one.strain for one in whole}
+    columns, strains = parted(trace).columns, {one.axis: one.strain for one in whole}
+    found = []
     for one in whole:
-        other = strains.get({"C": "W", "W": "C"}.get(one.axis, ""))
-        yield replace(one, transverse=other) if free and len(whole) == 2 and other is not None else one
+        other = {"C": "W", "W": "C"}.get(one.axis, "")
+        side = columns.get(f"cell_{other}")
+        if other in strains and free and len(whole) == 2:
+            found.append(replace(one, transverse=strains[other]))
+        elif other not in strains and side is not None:
+            found.append(replace(one, transverse=side / side[0] - 1.0))
+        else:
+            found.append(one)
+    return found

@@ -10,6 +10,7 @@ import pytest
 
 from app.records.analysis import OF_CURVES, OF_RUNS, analyse, analyse_run
 from app.records.export import export_log
+from app.records.measurements import whole_test, with_strain_across
 from app.records.results import figures_of
 from app.records.table_files import write_table
 from knitlab_core.errors import SpecificationError
@@ -66,6 +67,17 @@ def test_a_free_axis_is_the_strain_across_of_the_other(tmp_path: Path) -> None:
     # The made-up test stretches both alike.
     assert list(table.columns["Poisson's ratio"]) == pytest.approx([-1.0] * len(table))
     assert set(table.columns["axis"]) == {"C", "W"}
+
+
+def test_the_free_side_of_a_cell_is_the_strain_across() -> None:
+    sides = [
+        replace(row, displacement={"C": row.displacement["C"]}, crosshead={}, force={"C": row.force["C"]})
+        for row in rows()
+    ]
+    made = [replace(row, cell={"C": 0.045 * (1.0 + k), "W": 0.04 * (1.0 - 0.001 * k)}) for k, row in enumerate(sides)]
+    trace = trace_of(made)
+    (test,) = with_strain_across(whole_test(trace, SIZE, []), trace, free=False)
+    assert test.transverse == pytest.approx([-0.001 * k for k in range(len(made))])
 
 
 def test_shares_of_the_stored_energy_sum_up_to_one() -> None:
