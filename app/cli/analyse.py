@@ -38,7 +38,12 @@ Examples:
   knitlab analyse runs/first --table energy --out energy.parquet
   knitlab analyse fabric.csv --gauge-length 69.2mm --width 66.56mm --window 0:5% --window 30%:40%"""
 
-Mapping = Annotated[Path | None, typer.Option(help="What the columns of a measured file are (YAML).", dir_okay=False)]
+Mapping = Annotated[
+    Path | None,
+    typer.Option(
+        help="What a measured file does not say (YAML).", show_default="one of its name beside it", dir_okay=False
+    ),
+]
 GaugeLength = Annotated[str | None, typer.Option(help="Distance of the hooks at no strain: 45 mm.")]
 Width = Annotated[str | None, typer.Option(help="Width of the specimen, for stress: 40 mm.")]
 Thickness = Annotated[str | None, typer.Option(help="Its thickness.", show_default="1 mm")]

@@ -13,7 +13,7 @@ from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
 
 COMPARE_HELP: Final = """\b
 Examples:
-  knitlab compare examples/fabric/measured/course.csv --width 66.56mm --leave-out 1
+  knitlab compare examples/fabric/measured/course.csv --leave-out 1
   knitlab compare runs/course fabric.csv --axis C --slack 50mN --out course.png
   knitlab compare runs/course Specimen_RawData_*.csv --repeats --axis C
   knitlab compare runs/a runs/b --cycle 2 --table scores.csv"""

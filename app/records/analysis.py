@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.records.measurements import cycled, measurements_of, zeroings_of
 from app.records.reader import read_run
-from app.schemas.measured import load_mapping
+from app.schemas.measured import load_mapping, mapping_beside
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.choices import Choices
 from rigs.analysis.curve_tables import curves_table, fits_table, holds_table, poisson_table, repeatability_table
@@ -16,7 +16,6 @@ from rigs.analysis.figures import results_table
 from rigs.analysis.run_tables import bonds_table, contacts_table, energy_table, hooks_table, shapes_table
 from rigs.axes import SITES
 from rigs.protocol.specimen import make_specimen
-from rigs.readers.mapping import FileMapping
 from rigs.readers.measured import read_measured
 
 if TYPE_CHECKING:
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from rigs.analysis.table import Table
     from rigs.axes import Axis
     from rigs.measurement import Measurement
+    from rigs.readers.mapping import FileMapping
 
 DEFAULT: Final = Choices()
 
@@ -127,9 +127,14 @@ def is_run(path: Path) -> bool:
 
 
 def read_file(path: Path | str, mapping: Path | FileMapping | None = None) -> list[Measurement]:
-    """Read a measured file, with what it does not say from a mapping; see `rigs.readers.measured.read_measured`."""
+    """Read a measured file, with what it does not say from a mapping; see `rigs.readers.measured.read_measured`.
+
+    A mapping of the file's name beside it, ``fabric.yaml`` of ``fabric.csv``, is used by itself; what another says goes
+    before what that says.
+    """
     known = load_mapping(mapping) if isinstance(mapping, Path) else mapping
-    return read_measured(Path(path), FileMapping() if known is None else known)
+    beside = mapping_beside(Path(path))
+    return read_measured(Path(path), beside if known is None else known.over(beside))
 
 
 def hooks_of(run: RunReader) -> dict[Axis, int]:

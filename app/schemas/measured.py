@@ -14,6 +14,9 @@ from rigs.readers.headings import DIMENSIONS, Heading, Quantity, factor_to_si
 from rigs.readers.mapping import FileMapping
 
 SCHEMA: Final = "knitlab/measured@1"
+MOST_LOOKED_AT: Final = 4096
+"""Bytes of a YAML file in which its schema is looked for."""
+
 _AXIS: Final = "C, W, P or another name of the axis that was pulled"
 _DELIMITERS: Final = {"comma": ",", "semicolon": ";", "tab": "\t"}
 
@@ -68,6 +71,20 @@ def load_mapping(path: Path) -> FileMapping:
         axis=model.axis,
         **{name: length for name, length in lengths.items() if length is not None},
     )
+
+
+def mapping_beside(path: Path) -> FileMapping:
+    """Return the mapping of a measured file's name beside it; an empty one if there is none.
+
+    Raises
+    ------
+    ProtocolError
+        As `load_mapping`.
+    """
+    beside = path.with_suffix(".yaml")
+    # A protocol may have the name of its log.
+    is_mapping = beside.is_file() and SCHEMA.encode() in beside.read_bytes()[:MOST_LOOKED_AT]
+    return load_mapping(beside) if is_mapping else FileMapping()
 
 
 def _require_units(document: Document, model: MeasuredModel) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -37,3 +37,12 @@ class FileMapping:
     gauge_length: float = nan
     width: float = nan
     thickness: float = 1e-3
+
+    def over(self, other: FileMapping) -> FileMapping:
+        """Return another mapping with what this one says in place of what that says."""
+        plain = FileMapping()
+        # nan is not equal to itself, so that texts are compared.
+        said = {one.name: getattr(self, one.name) for one in fields(self)}
+        return replace(
+            other, **{name: value for name, value in said.items() if str(value) != str(getattr(plain, name))}
+        )

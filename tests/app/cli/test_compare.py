@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 MEASURED = Path(__file__).parents[3] / "examples" / "fabric" / "measured"
-COURSE = (MEASURED / "course.csv", "--mapping", MEASURED / "course.yaml")
+COURSE = (MEASURED / "course.csv",)
 
 
 class Said(NamedTuple):
@@ -109,9 +109,16 @@ def test_a_mistake_is_one_line(
 
 
 def test_a_file_without_an_axis_needs_one_beside_two(say: Callable[..., Said], run: Path, tmp_path: Path) -> None:
-    said = say("compare", run, MEASURED / "course.csv", "--width", "66.56mm", "--out", tmp_path / "a.png")
+    copy = tmp_path / "course.csv"
+    copy.write_bytes(COURSE[0].read_bytes())
+    said = say("compare", run, copy, "--width", "66.56mm", "--out", tmp_path / "a.png")
     assert said.code == 2
     assert "--axis: found 'none', allowed that of course.csv: one of C, W" in said.err
+    # A protocol of that name is no mapping; a mapping elsewhere is told.
+    (tmp_path / "course.yaml").write_text("schema: knitlab/protocol@1\n", encoding="utf-8")
+    said = say("compare", run, copy, "--mapping", MEASURED / "course.yaml", "--out", tmp_path / "a.png", "--json")
+    assert said.code == 0
+    assert scores(said.out)["course.csv", "C", "Repeats"] == 5
 
 
 def test_analyse_prints_specimens_side_by_side(say: Callable[..., Said]) -> None:

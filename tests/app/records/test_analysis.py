@@ -117,7 +117,7 @@ def test_the_acrylic_fabric_has_the_published_forces_per_width() -> None:
         ("course", {0.2: (0.062, 0.081), 0.3: (0.105, 0.129), 0.4: (0.18, 0.24)}),
         ("wale", {0.2: (0.150, 0.170)}),
     ):
-        table = analyse(MEASURED / f"{name}.csv", mapping=MEASURED / f"{name}.yaml")
+        table = analyse(MEASURED / f"{name}.csv")
         for level, (low, high) in ranges.items():
             figure = f"Tensile stress at tensile strain {level:.0%}"
             found = [float(row[4]) for row in table.rows() if row[3] == figure and row[0] != f"{name}, repeat 1"]

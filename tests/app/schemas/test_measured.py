@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from app.schemas.errors import ProtocolError
-from app.schemas.measured import load_mapping
+from app.schemas.measured import load_mapping, mapping_beside
+from rigs.readers.mapping import FileMapping
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,3 +62,13 @@ def test_mistakes_are_one_line_with_their_place(tmp_path: Path, text: str, expec
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ProtocolError, match=re.escape(f"{path}:{expected}")):
         load_mapping(path)
+
+
+def test_what_is_said_goes_before_what_stands_beside_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    assert np.isnan(mapping_beside(path).width)
+    path.with_suffix(".yaml").write_text(WHOLE, encoding="utf-8")
+    found = FileMapping(axis="P", width=0.02).over(mapping_beside(path))
+    assert (found.axis, found.width, found.delimiter) == ("P", 0.02, ";")
+    assert found.gauge_length == pytest.approx(0.045)
+    assert set(found.headings) == {"Fz", "3"}
