@@ -87,7 +87,7 @@ def text(dialect: Dialect, channels: Mapping[str, list[object]]) -> bytes:
 
 @pytest.mark.parametrize(("name", "locale"), CASES)
 @given(data=st.data())
-@settings(max_examples=8)
+@settings(deadline=None, max_examples=8)
 def test_export_and_read_is_the_identity(
     name: str, locale: str, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -122,7 +122,7 @@ def altered(data: bytes, how: str, dialect: Dialect) -> bytes:
 
 @pytest.mark.parametrize(("name", "locale"), CASES)
 @given(data=st.data())
-@settings(max_examples=4)
+@settings(deadline=None, max_examples=4)
 def test_a_log_without_its_headings_is_told_by_its_columns(
     name: str, locale: str, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

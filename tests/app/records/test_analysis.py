@@ -14,10 +14,11 @@ from app.records.measurements import whole_test, with_strain_across
 from app.records.results import figures_of
 from app.records.table_files import write_table
 from knitlab_core.errors import SpecificationError
+from rigs.analysis.curve_tables import poisson_table
 from rigs.analysis.run_tables import bonds_table, break_histogram, energy_table, hooks_table
 from rigs.analysis.table import Table
 from rigs.trace import trace_of
-from tests.synthetic_run import PROTOCOL, SIZE, make_run, rows, stress
+from tests.synthetic_run import SIZE, make_run, rows, stress
 
 if TYPE_CHECKING:
     from app.records.reader import RunReader
@@ -61,12 +62,13 @@ def test_a_run_and_its_own_log_have_the_same_figures(run: RunReader) -> None:
         assert read[key] == pytest.approx(own[key], rel=0.02)
 
 
-def test_a_free_axis_is_the_strain_across_of_the_other(tmp_path: Path) -> None:
-    free = make_run(tmp_path / "run.h5", protocol=PROTOCOL.replace("others: hold", "others: free"), sampled=False)
-    table = analyse_run(free, "poisson")
+def test_a_free_axis_is_the_strain_across_of_the_other() -> None:
+    trace = trace_of(rows())
+    table = poisson_table(with_strain_across(whole_test(trace, SIZE, []), trace, free=True))
     # The made-up test stretches both alike.
     assert list(table.columns["Poisson's ratio"]) == pytest.approx([-1.0] * len(table))
     assert set(table.columns["axis"]) == {"C", "W"}
+    assert len(poisson_table(with_strain_across(whole_test(trace, SIZE, []), trace, free=False))) == 0
 
 
 def test_the_free_side_of_a_cell_is_the_strain_across() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knitlab_core.errors import SpecificationError
@@ -45,6 +45,7 @@ def test_the_force_counts_from_its_rest() -> None:
     assert aligned(off, Alignment()).offset == 0.0
 
 
+@settings(deadline=None, max_examples=30)
 @given(slack=st.floats(0.001, 0.2))
 def test_slack_lengthens_the_gauge(slack: float) -> None:
     # Nothing up to the slack [1], then a spring on the length that is tight.

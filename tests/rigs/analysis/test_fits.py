@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs.analysis.fits import exponential_fit, exponential_or_kinked, kinked_fit
 
 
+@settings(deadline=None, max_examples=30)
 @given(rate=st.floats(1.0, 60.0), amplitude=st.floats(1e-3, 1e6), rows=st.integers(4, 60))
 def test_a_known_exponential_is_found(rate: float, amplitude: float, rows: int) -> None:
     strain = np.linspace(0.0, 0.4, rows)

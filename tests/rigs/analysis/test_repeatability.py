@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs.analysis.repeatability import band_of, common_range, curve_nrmse, nrmse, read_at
@@ -10,6 +10,7 @@ from rigs.analysis.repeatability import band_of, common_range, curve_nrmse, nrms
 X = np.linspace(0.0, 1.0, 60)
 
 
+@settings(deadline=None, max_examples=30)
 @given(shift=st.floats(-2.0, 2.0), scale=st.floats(0.1, 10.0))
 def test_a_shifted_curve_is_off_by_the_shift_over_the_range(shift: float, scale: float) -> None:
     assert nrmse(scale * X, scale * (X + shift)) == pytest.approx(abs(shift), abs=1e-12)

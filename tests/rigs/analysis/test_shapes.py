@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs.analysis.shapes import legs, middle_width, poisson_ratio, yarn_elongation
 
 
+@settings(deadline=None, max_examples=30)
 @given(ratio=st.floats(-1.0, 1.0))
 def test_a_material_of_a_ratio_has_it_at_every_strain(ratio: float) -> None:
     axial = np.linspace(0.0, 0.4, 9)
@@ -25,6 +26,7 @@ def test_the_waist_is_the_width() -> None:
     assert middle_width(nodes, 0, 1, share=1.0) == pytest.approx(14.0)
 
 
+@settings(deadline=None, max_examples=30)
 @given(strain=st.floats(-0.2, 0.5))
 def test_a_yarn_strained_evenly_is_longer_by_its_strain(strain: float) -> None:
     nodes = np.cumsum(np.random.default_rng(1).uniform(0.1, 1.0, (20, 3)), axis=0)

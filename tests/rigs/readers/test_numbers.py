@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigs.readers.numbers import decimal_of, number
@@ -47,6 +47,7 @@ def test_an_empty_field_is_not_known() -> None:
     assert value != value  # noqa: PLR0124 (nan)
 
 
+@settings(deadline=None, max_examples=30)
 @given(
     values=st.lists(st.floats(-1e6, 1e6), min_size=3),
     digits=st.integers(1, 5),
