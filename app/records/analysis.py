@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.extensions import load_extensions
 from app.records.measurements import cycled, measurements_of, zeroings_of
 from app.records.reader import read_run
 from app.schemas.measured import load_mapping, mapping_beside
@@ -132,6 +133,7 @@ def read_file(path: Path | str, mapping: Path | FileMapping | None = None) -> li
     A mapping of the file's name beside it, ``fabric.yaml`` of ``fabric.csv``, is used by itself; what another says goes
     before what that says.
     """
+    load_extensions()
     known = load_mapping(mapping) if isinstance(mapping, Path) else mapping
     beside = mapping_beside(Path(path))
     return read_measured(Path(path), beside if known is None else known.over(beside))
