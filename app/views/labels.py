@@ -1,4 +1,4 @@
-"""Labels of a specimen's yarn, and of its options beyond elastic rods."""
+"""Labels of a specimen's yarn, of its options beyond elastic rods, and of tests."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from rigs.protocol.specimen import SpecimenSpec
 
 ELASTIC: Final = "nothing: linearly elastic rods, contact and friction"
+
+MOST_LETTERS: Final = 32
+"""Letters of the name of a test in a legend or the head of a table."""
 
 
 def yarn_label(spec: SpecimenSpec) -> str:
@@ -93,3 +96,15 @@ def _mm(loop_widths: float, spec: SpecimenSpec) -> str:
 
 def _assumed(*values: Value) -> str:
     return " (assumed)" if any(value.assumed for value in values) else ""
+
+
+def shortened(name: str) -> str:
+    """Return a name in at most `MOST_LETTERS` letters: what is left out stands in its middle as an ellipsis.
+
+    Examples
+    --------
+    >>> shortened("course.csv"), shortened("a sample with a name that nobody types_RawData_1.csv")
+    ('course.csv', 'a sample with a…es_RawData_1.csv')
+    """
+    half = MOST_LETTERS // 2
+    return name if len(name) <= MOST_LETTERS else f"{name[: half - 1]}…{name[-half:]}"

@@ -11,7 +11,7 @@ import pytest
 
 from app.schemas import ProtocolError, from_yaml, to_yaml
 from app.schemas.machine_data import machines_of
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
 from rigs.instruments.channels import measure
 from rigs.instruments.zeros import Zeroing

@@ -13,7 +13,7 @@ from app.schemas import load, loads
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import plate_nodes
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.path import AxisPath, follow
 from rigs.machines.rig import mount, pose, read
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
