@@ -1,7 +1,7 @@
 """Pull a yarn of fibres, as one rod and fibre by fibre: ``python -m benchmarks.yarn_of_fibres``.
 
 The smallest patch in which a stitch holds another: 2 x 2 loops of the default stockinette, pulled biaxially by hooks
-on its sites. Every yarn has the area of the default's single fibre. The tables stand in docs/decisions/0008.
+on its sites. Every yarn has the area of the default's single fibre. The tables stand in docs/decisions/0008 and 0042.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
@@ -46,10 +47,18 @@ class Patch:
     gauge: FloatArray
 
 
-def make_patch(yarn: Yarn, *, friction: float = 0.3, contact: float = 1.0) -> Patch:
+def fused_along(bundle: Yarn) -> BondLaw:
+    """Return unbreakable necks, as wide as a fibre, between fibres of a bundle that lie just apart."""
+    radius = LOOP_WIDTH * bundle.fibre_radius
+    return BondLaw(fuse_gap=0.2 * radius, patch_radius=0.5 * radius, strength=1e12)
+
+
+def make_patch(
+    yarn: Yarn, *, friction: float = 0.3, contact: float = 1.0, bonds: BondLaw | None = None, nodes_per_loop: int = 48
+) -> Patch:
     """Print a patch of a yarn; `contact` is a factor on the stiffness of crossings."""
     stitch = NAMED_STITCHES["stockinette-default"]
-    printed = knit_specimen(stitch, rows=2, loops=2, loop_width=LOOP_WIDTH)
+    printed = knit_specimen(stitch, rows=2, loops=2, loop_width=LOOP_WIDTH, nodes_per_loop=nodes_per_loop)
     bundle = yarn.model == "bundle"
     middle = replace(yarn, fibres=1, winding_radius=0.0)
     strands = fibre_strands(printed.centreline, printed.arc_lengths / LOOP_WIDTH, yarn if bundle else middle)
@@ -60,6 +69,7 @@ def make_patch(yarn: Yarn, *, friction: float = 0.3, contact: float = 1.0) -> Pa
         poisson_ratio=0.37,
         friction=friction,
         section=SOLID if bundle else yarn_section(yarn),
+        bonds=bonds,
     )
     model = replace(model, law=model.law._replace(coefficient=contact * model.law.coefficient))
     count = len(printed.nodes)
@@ -107,11 +117,15 @@ def main() -> None:
     strains = "  ".join(f"{f'at {strain:.0%}':>15s}" for strain in SHOWN)
     print(f"{'force, course and wale [N]':28s} {strains}  iter.      s  lost %")
     show("1 fibre", make_patch(single))
-    for n, largest in ((2, 0.3), (3, 0.3), (4, 0.3), (7, 0.1)):
+    for n in (2, 3, 4, 6, 7, 8):
         yarn = same_area(single.fibre_radius, n)
         show(f"{n}, yarn, loose", make_patch(yarn))
         show(f"{n}, yarn, glued", make_patch(replace(yarn, bonding=1.0)))
-        show(f"{n}, bundle", make_patch(replace(yarn, model="bundle")), largest)
+    for n, largest in ((2, 0.3), (3, 0.3), (4, 0.3), (7, 0.1)):
+        bundle = same_area(single.fibre_radius, n, model="bundle")
+        show(f"{n}, bundle", make_patch(bundle), largest)
+        if n < 7:
+            show(f"{n}, bundle, fused along", make_patch(bundle, bonds=fused_along(bundle)))
     three = same_area(single.fibre_radius, 3)
     for factor in (0.5, 2.0):
         show(f"3, yarn, loose, contact x{factor:g}", make_patch(three, contact=factor))

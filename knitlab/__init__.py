@@ -20,10 +20,12 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 
 protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
            UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog
-specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Value, RelaxationTerm; materials
+specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
 records    open_run gives a RunReader; figures
+analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
+           compare gives a Comparison, with an Alignment
 service    Client
 errors     KnitlabError and its children; RunStoppedError
 
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
     from app.checks.dry_run import Plan
     from app.checks.dry_run import dry_run as check
     from app.client import Client
+    from app.records.analysis import analyse
+    from app.records.analysis import read_file as read_measured
     from app.records.reader import RunReader
     from app.records.reader import read_run as open_run
     from app.records.results import figures_of as figures
@@ -63,6 +67,7 @@ if TYPE_CHECKING:
     from app.schemas.units import parse as parse_quantity
     from app.service.errors import ServiceError, UnreachableError
     from app.version import __version__
+    from app.views.overlay import Comparison, compare
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.errors import (
         ConvergenceError,
@@ -74,7 +79,11 @@ if TYPE_CHECKING:
         UnitError,
     )
     from knitlab_core.knits import Filament, Stitch, VolumetricStitch, Yarn
-    from knitlab_core.materials import Material, RelaxationTerm, Value
+    from knitlab_core.materials import Material, MeasuredYarn, RelaxationTerm, Value
+    from rigs.analysis.alignment import Alignment
+    from rigs.analysis.choices import Choices
+    from rigs.analysis.table import Table
+    from rigs.measurement import Measurement
     from rigs.protocol.protocol import (
         Cycle,
         ForceRate,
@@ -95,14 +104,19 @@ if TYPE_CHECKING:
         Zero,
     )
     from rigs.protocol.targets import Bound
+    from rigs.readers.mapping import FileMapping
 
 __all__ = [
+    "Alignment",
     "BondLaw",
     "Bound",
+    "Choices",
     "Client",
+    "Comparison",
     "ConvergenceError",
     "Cycle",
     "Filament",
+    "FileMapping",
     "ForceRate",
     "FormatError",
     "GeometryError",
@@ -112,6 +126,8 @@ __all__ = [
     "Loaded",
     "LogSpec",
     "Material",
+    "MeasuredYarn",
+    "Measurement",
     "Plan",
     "Preload",
     "Protocol",
@@ -130,6 +146,7 @@ __all__ = [
     "Stitch",
     "StrainRate",
     "SweepResult",
+    "Table",
     "Target",
     "UnitError",
     "UnreachableError",
@@ -141,13 +158,16 @@ __all__ = [
     "Yarn",
     "Zero",
     "__version__",
+    "analyse",
     "check",
+    "compare",
     "figures",
     "load",
     "loads",
     "materials",
     "open_run",
     "parse_quantity",
+    "read_measured",
     "resume",
     "run",
     "sweep",
@@ -156,12 +176,16 @@ __all__ = [
 
 # Where each name is imported from when it is first used; a test compares this with the imports for type checkers.
 _HOMES: Final = {
+    "Alignment": "rigs.analysis.alignment:Alignment",
     "BondLaw": "knitlab_core.contact.bond_law:BondLaw",
     "Bound": "rigs.protocol.targets:Bound",
+    "Choices": "rigs.analysis.choices:Choices",
     "Client": "app.client:Client",
+    "Comparison": "app.views.overlay:Comparison",
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
     "Filament": "knitlab_core.knits:Filament",
+    "FileMapping": "rigs.readers.mapping:FileMapping",
     "ForceRate": "rigs.protocol.protocol:ForceRate",
     "FormatError": "knitlab_core.errors:FormatError",
     "GeometryError": "knitlab_core.errors:GeometryError",
@@ -171,6 +195,8 @@ _HOMES: Final = {
     "Loaded": "app.schemas:Loaded",
     "LogSpec": "rigs.protocol.protocol:LogSpec",
     "Material": "knitlab_core.materials:Material",
+    "MeasuredYarn": "knitlab_core.materials:MeasuredYarn",
+    "Measurement": "rigs.measurement:Measurement",
     "Plan": "app.checks.dry_run:Plan",
     "Preload": "rigs.protocol.protocol:Preload",
     "Protocol": "rigs.protocol.protocol:Protocol",
@@ -189,6 +215,7 @@ _HOMES: Final = {
     "Stitch": "knitlab_core.knits:Stitch",
     "StrainRate": "rigs.protocol.protocol:StrainRate",
     "SweepResult": "app.runs.sweeps:SweepResult",
+    "Table": "rigs.analysis.table:Table",
     "Target": "rigs.protocol.protocol:Target",
     "UnitError": "knitlab_core.errors:UnitError",
     "UnreachableError": "app.service.errors:UnreachableError",
@@ -200,13 +227,16 @@ _HOMES: Final = {
     "Yarn": "knitlab_core.knits:Yarn",
     "Zero": "rigs.protocol.protocol:Zero",
     "__version__": "app.version:__version__",
+    "analyse": "app.records.analysis:analyse",
     "check": "app.checks.dry_run:dry_run",
+    "compare": "app.views.overlay:compare",
     "figures": "app.records.results:figures_of",
     "load": "app.schemas:load",
     "loads": "app.schemas:loads",
     "materials": "app.schemas.material_files:known_materials",
     "open_run": "app.records.reader:read_run",
     "parse_quantity": "app.schemas.units:parse",
+    "read_measured": "app.records.analysis:read_file",
     "resume": "app.runs.use_cases:resume_run",
     "run": "app.runs.use_cases:run_protocol",
     "sweep": "app.runs.sweeps:run_sweep",

@@ -1,4 +1,4 @@
-"""Sine, cosine and arc tangent for kernels: the formulas of `knitlab_core.angles`, compiled."""
+"""Sine, cosine, arc tangent and power for kernels: the formulas of `knitlab_core.angles`, compiled."""
 
 import numpy as np
 
@@ -8,6 +8,13 @@ from knitlab_core.jit import inline_kernel
 
 _in_first_quarter = inline_kernel(angles.in_first_quarter)
 _arc_from_zero = inline_kernel(angles.arc_from_zero)
+_exponential_parts = inline_kernel(angles.exponential_parts)
+_logarithm_of_parts = inline_kernel(angles.logarithm_of_parts)
+
+_ROOT_TWO = 1.4142135623730951
+# Of the bits of a number: its fraction, and the exponent of 1.
+_FRACTION = 0xFFFFFFFFFFFFF
+_ONE = 0x3FF0000000000000
 
 
 @inline_kernel
@@ -48,3 +55,15 @@ def arc_tangent(y: float, x: float) -> float:
     if x < 0.0:
         angle = np.pi - (angle - PI_REST)
     return angle if y >= 0.0 else -angle
+
+
+@inline_kernel
+def power(x: float, exponent: float) -> float:
+    """Return x^exponent, for normal x above 0 and results from 1e-300 to 1e300; relative error 1e-15 times its log."""
+    bits = np.float64(x).view(np.int64)
+    k = (bits >> 52) - 1023
+    mantissa = np.int64((bits & _FRACTION) | _ONE).view(np.float64)
+    if mantissa > _ROOT_TWO:
+        mantissa, k = 0.5 * mantissa, k + 1
+    twos, y = _exponential_parts(exponent * _logarithm_of_parts(mantissa - 1.0, float(k)))
+    return y * np.int64((np.int64(twos) + 1023) << 52).view(np.float64)

@@ -1,4 +1,4 @@
-"""Sine, cosine, arc tangent and exponential with the same bits on every processor.
+"""Sine, cosine, arc tangent, exponential and logarithm with the same bits on every processor.
 
 Those of the C library and of NumPy choose their code by processor, and a last bit decides now and then on which side
 of a bifurcation a knit goes on. These use additions, multiplications and divisions in a fixed order, which NumPy and
@@ -7,10 +7,10 @@ compiler.
 
 References
 ----------
-Polynomials and reductions of fdlibm 5.3 (k_sin.c, k_cos.c, s_atan.c, e_exp.c), errors below one unit in the last
-place: Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at SunSoft, a Sun Microsystems, Inc.
-business. Permission to use, copy, modify, and distribute this software is freely granted, provided that this notice is
-preserved.
+Polynomials and reductions of fdlibm 5.3 (k_sin.c, k_cos.c, s_atan.c, e_exp.c, e_log.c), errors below one unit in the
+last place: Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved. Developed at SunSoft, a Sun Microsystems,
+Inc. business. Permission to use, copy, modify, and distribute this software is freely granted, provided that this
+notice is preserved.
 """
 
 import math
@@ -48,6 +48,10 @@ ONE_OVER_LN2 = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 P1, P2, P3 = 1.66666666666666019037e-01, -2.77777777770155933842e-03, 6.61375632143793436117e-05
 P4, P5 = -1.65339022054652515390e-06, 4.13813679705723846039e-08
+
+L1, L2, L3 = 6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01
+L4, L5, L6 = 2.222219843214978396e-01, 1.818357216161805012e-01, 1.531383769920937332e-01
+L7 = 1.479819860511658591e-01
 
 
 def in_first_quarter(x: NumberT) -> tuple[NumberT, NumberT, NumberT]:
@@ -124,6 +128,26 @@ def arc_tangents(y: FloatArray, x: FloatArray) -> FloatArray:
     return np.where((y == 0.0) & (x >= 0.0), 0.0, np.where(y >= 0.0, angle, -angle))
 
 
+def exponential_parts(x: NumberT) -> tuple[NumberT, NumberT]:
+    """Return k, whole, and y near 1 with exp(x) = 2^k y."""
+    k = np.rint(x * ONE_OVER_LN2)
+    high, low = x - k * LN2_HIGH, k * LN2_LOW
+    r = high - low
+    t = r * r
+    c = r - t * (P1 + t * (P2 + t * (P3 + t * (P4 + t * P5))))
+    return k, 1.0 - ((low - (r * c) / (2.0 - c)) - high)
+
+
+def logarithm_of_parts(f: NumberT, k: NumberT) -> NumberT:
+    """Return the logarithm of 2^k (1 + f), with 1 + f from sqrt(1/2) to sqrt(2)."""
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    rest = z * (L1 + w * (L3 + w * (L5 + w * L7))) + w * (L2 + w * (L4 + w * L6))
+    half = 0.5 * f * f
+    return k * LN2_HIGH - ((half - (s * (half + rest) + k * LN2_LOW)) - f)
+
+
 def exponential(x: float) -> float:
     """Return exp(x); 0 where that is below the smallest normal number.
 
@@ -134,9 +158,5 @@ def exponential(x: float) -> float:
     """
     if x < -708.0:
         return 0.0
-    k = round(x * ONE_OVER_LN2)
-    high, low = x - k * LN2_HIGH, k * LN2_LOW
-    r = high - low
-    t = r * r
-    c = r - t * (P1 + t * (P2 + t * (P3 + t * (P4 + t * P5))))
-    return math.ldexp(1.0 - ((low - (r * c) / (2.0 - c)) - high), k)
+    k, y = exponential_parts(x)
+    return math.ldexp(float(y), int(k))

@@ -16,7 +16,7 @@ class Scales:
     radius : float
         Fibre radius [m].
     young_modulus : float
-        Young's modulus [Pa].
+        Young's modulus, or the reference modulus of a yarn by measurement [Pa].
     """
 
     radius: float

@@ -114,6 +114,7 @@ SPECIMENS: Final[Mapping[str, Callable[[], Protocol]]] = {
     "wire hooks": lambda: _example("wire", _cycled(0.25), rows=2, loops=2),
     "viscoelastic": lambda: _example("creeping", nodes_per_loop=32),
     "yielding": lambda: _example("yielding", _cycled(0.3), nodes_per_loop=32),
+    "yarn by measurement": lambda: _example("yarn", _cycled(0.3)),
 }
 """A short test on each kind of specimen."""
 

@@ -73,7 +73,7 @@ def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Ax
     found = [
         budget
         for stroke in strokes
-        for height, loop in loop_budgets(spec.fabric, spec.yarn).items()
+        for height, loop in loop_budgets(spec.fabric, spec.laid).items()
         if (budget := _budget(loop, height, _strains(stroke, lengths))) is not None
     ]
     return max(found, key=lambda budget: budget.share, default=None)
@@ -126,18 +126,21 @@ def fibre_strain(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping
     Returns
     -------
     float or None
-        None where a fabric has no known loops, and where nothing moves.
+        None where a fabric has no known loops, where nothing moves, and for a yarn by measurement, of whose fibres
+        nothing is known.
 
     References
     ----------
     docs/decisions/0024: how the factors were found, and how far they are off.
     """
+    if spec.measured is not None:
+        return None
     if spec.fabric.straight:
         return max((abs(stroke.end["C"]) / spec.loop_width for stroke in strokes if "C" in stroke.end), default=0.0)
-    budgets = loop_budgets(spec.fabric, spec.yarn)
+    budgets = loop_budgets(spec.fabric, spec.laid)
     if not budgets or not strokes:
         return None
-    radius = spec.fabric.fibre_radius if spec.yarn is None else spec.yarn.fibre_radius
+    radius = spec.fabric.fibre_radius if spec.laid is None else spec.laid.fibre_radius
     found = 0.0
     for strains in (_strains(stroke, lengths) for stroke in strokes):
         found = max(found, COURSE * radius * strains.get("C", 0.0))

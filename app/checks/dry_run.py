@@ -156,7 +156,7 @@ def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
     )
-    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.yarn, periodic=spec.periodic)
+    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.laid, periodic=spec.periodic)
 
 
 @lru_cache(maxsize=256)

@@ -49,37 +49,6 @@ def sweep(
         raise typer.Exit(INTERRUPTED)
 
 
-def analyse(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, or run.h5 file.")], *, as_json: AsJson = False
-) -> None:
-    """Print how the steps of a run ended, and its figures: stresses, secant moduli and loop areas of every cycle."""
-    from dataclasses import asdict  # noqa: PLC0415
-
-    from app.records.reader import read_run  # noqa: PLC0415
-    from app.records.results import figures_of  # noqa: PLC0415
-    from app.views.tables import (  # noqa: PLC0415
-        figures_data,
-        print_crossings,
-        print_figures,
-        print_json,
-        print_losses,
-        print_steps,
-    )
-
-    found = read_run(run)
-    figures = figures_of(found)
-    if as_json:
-        steps = [asdict(step) for step in found.steps]
-        crossings, losses = [one.data() for one in found.crossings], [one.data() for one in found.losses]
-        data = {"outcome": found.outcome.end, "crossings": crossings, "losses": losses, "steps": steps}
-        print_json({**data, "figures": figures_data(figures)})
-    else:
-        print_crossings(found.crossings)
-        print_losses(found.losses)
-        print_steps(found.steps)
-        print_figures(figures)
-
-
 def plot(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or run.h5 files.")],
     *,

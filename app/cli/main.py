@@ -12,7 +12,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from app.cli.analysis import analyse, plot, sweep
+from app.cli.analyse import ANALYSE_HELP, analyse
+from app.cli.analysis import plot, sweep
+from app.cli.compare import COMPARE_HELP, compare
 from app.cli.exit_codes import NOT_PRINTABLE, UNWRITABLE, USAGE, error_exit_code
 from app.cli.export import EXPORT_HELP, export
 from app.cli.remote import remote
@@ -243,13 +245,12 @@ knitlab.command(
     short_help="Run every point of a sweep, each into its folder.",
     epilog="\b\nExample:\n  knitlab sweep examples/fig3d/fig3d_course.yaml --out runs/fig3d --jobs 2",
 )(sweep)
-knitlab.command(short_help="Print the figures of a run.", epilog="\b\nExample:\n  knitlab analyse runs/first --json")(
-    analyse
-)
+knitlab.command(short_help="Work out the figures of a run or a measured file.", epilog=ANALYSE_HELP)(analyse)
 knitlab.command(
     short_help="Put the curves of several runs into one figure.",
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )(plot)
+knitlab.command(short_help="Lay runs and measured files over each other.", epilog=COMPARE_HELP)(compare)
 knitlab.command(
     name="master-curve",
     short_help="Ask whether knits of any design have one curve.",

@@ -13,6 +13,7 @@ from app.printing.fibres import specimen_fibres
 from app.printing.files import write_surface
 from app.printing.sheets import window, write_layer, write_sheet
 from app.printing.slices import Slicer, sliced_volume
+from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.fibre_clearance import check_fibres
 
 if TYPE_CHECKING:
@@ -120,9 +121,10 @@ def print_knit(
     Raises
     ------
     SpecificationError
-        For a knit that cannot exist, or a surface or picture beyond its limit.
+        For a knit that cannot exist, a yarn by measurement, or a surface or picture beyond its limit.
     """
     progress(0.0, "laying the surface")
+    _require_solid(loaded)
     specimen = build_specimen(loaded)
     layer = printer.layer_height.value
     error = 0.5 * layer if wanted.chord_error is None else wanted.chord_error
@@ -154,6 +156,15 @@ def print_knit(
         layers=slicer.count,
         chord_error=error,
     )
+
+
+def _require_solid(loaded: Loaded) -> None:
+    """Raise for a yarn by measurement: it is spun, not printed."""
+    measured = loaded.protocol.specimen.measured
+    if measured is not None:
+        field = "yarn" if ("specimen", "yarn") in loaded.document.values else "material"
+        found = f"{measured.name}, a yarn by measurement"
+        raise loaded.locate(SpecificationError(field, found, "a solid material, to be printed"))
 
 
 def _gap(specimen: Specimen) -> float:

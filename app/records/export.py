@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from app.extensions import load_extensions
 from app.file_names import file_stem
 from app.records.folder import write_whole
+from app.records.measurements import zeroings_of
 from app.records.reader import read_run
-from app.records.results import zeroings_of
 from app.records.sampled import samples_of
 from knitlab_core.errors import SpecificationError
 from rigs.logs.catalogue import LOGS, defaults

@@ -20,8 +20,8 @@ from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
 from rigs.analysis.clasps import count_clasps
-from rigs.analysis.cycles import effective_strain
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
+from rigs.analysis.stress_strain import effective_strain
 from rigs.axes import AXES
 from rigs.instruments.samples import thinned
 from rigs.instruments.zeros import Zeroing

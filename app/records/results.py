@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from app.records.measurements import cycled, zeroings_of
 from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.analysis.clasps import clasps_of
-from rigs.analysis.cycles import cycle_figures, stress_strain
+from rigs.analysis.cycles import cycle_figures
 from rigs.analysis.material_limits import crossings, limits_of
-from rigs.instruments.zeros import Zeroing, gauge_lengths_taken, size_in_time, zeroed
-from rigs.jumps import parted
-from rigs.protocol.unrolled import unrolled
+from rigs.analysis.run_tables import LOST, STORED
+from rigs.instruments.zeros import gauge_lengths_taken
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from rigs.analysis.cycles import CycleFigures
     from rigs.analysis.material_limits import LimitCrossing
-    from rigs.axes import Axis
+    from rigs.instruments.zeros import Zeroing
     from rigs.protocol.protocol import Protocol
     from rigs.record import SpecimenSize
     from rigs.trace import Trace
@@ -30,8 +30,6 @@ Figure: TypeAlias = tuple[str, float, str]
 
 WALL_TIME: Final = "wall time"
 NOTHING: Final = Cost()
-STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
-LOST = ("friction_work", "viscous_work", "plastic_work", "fracture_work", "snap_work", "bond_released")
 
 
 def run_figures(
@@ -73,7 +71,7 @@ def run_figures(
     limits = limits_of(protocol.specimen) if protocol is not None else ()
     found = [
         *_zeros(size, zeroings),
-        *_mechanics(parted(trace), size, zeroings, protocol),
+        *_mechanics(trace, size, zeroings, protocol),
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
@@ -111,19 +109,6 @@ def energy_balance_error(trace: Trace) -> float:
     return float(np.abs(work - kept).max()) / largest if largest > 0.0 else float("nan")
 
 
-def zeroings_of(run: RunReader) -> list[Zeroing]:
-    """Return when channels were zeroed in a run, and the gauge lengths from then on."""
-    if run.zeroings is not None:
-        return list(run.zeroings)
-    # Records from before 2026-12 lack the table of zeros; all their gauge lengths are as printed.
-    begun = {step.number: step.time for step in run.steps}
-    return [
-        Zeroing(time=begun[leaf.number], kinds=frozenset(leaf.step.tares))
-        for leaf in unrolled(run.test.steps)
-        if leaf.step.tares and leaf.number in begun
-    ]
-
-
 def figures_of(run: RunReader) -> tuple[Figure, ...]:
     """Return the figures of a run from its record, which does not hold the wall time."""
     return run_figures(
@@ -151,31 +136,12 @@ def _zeros(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
 def _mechanics(
     trace: Trace, size: SpecimenSize, zeroings: Sequence[Zeroing], protocol: Protocol | None
 ) -> Iterator[Figure]:
-    curves, time = {}, trace.columns["time"]
-    in_time = size_in_time(time, size, zeroings)
-    for axis in trace.axes:
-        travel = zeroed(trace.columns[f"displacement_{axis}"], time, "displacement", zeroings)
-        force = zeroed(trace.columns[f"force_{axis}"], time, "force", zeroings)
-        curves[axis] = stress_strain(travel, force, axis, in_time)
-    cycle, steps = trace.columns["cycle"].astype(np.int64), trace.columns["step"]
-    cycling = [leaf for leaf in unrolled(protocol.steps if protocol else ()) if leaf.step.cyclic]
-    for leaf in cycling:
-        rows = np.flatnonzero(steps == leaf.number)
-        if not len(rows):
-            continue
-        rows = np.concatenate([rows[:1] - 1, rows]) if rows[0] > 0 else rows
-        # The first cycle starts at the last row of the step before.
-        phase = ["Zero", *(trace.phase[row] for row in rows[1:])]
-        number = cycle[rows] - cycle[rows[1:]].min() + 1
-        name = "" if len(cycling) == 1 else f", {leaf.step.tag or leaf.place}"
-        for axis in leaf.step.axes:
-            strain, stress = (values[rows] for values in curves[axis])
-            yield from _of_cycles(axis, cycle_figures(axis, strain, stress, phase, number), name)
-    for axis, (strain, stress) in curves.items() if not cycling else ():
-        yield from _of_cycles(axis, cycle_figures(axis, strain, stress, trace.phase, cycle), "")
+    for part in cycled(trace, size, zeroings, protocol):
+        found = cycle_figures(part.axis, part.strain, part.stress, part.phase, part.cycle)
+        yield from _of_cycles(part.axis, found, f", {part.name}" if part.name else "")
 
 
-def _of_cycles(axis: Axis, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
+def _of_cycles(axis: str, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
     """Yield the figures of the cycles of an axis; a name distinguishes the steps of several."""
     for figures in cycles:
         where = f"{axis}{name}, cycle {figures.cycle}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from app.records.folder import RECORD
 from app.records.h5_read import reading
 from app.records.layout import make_record
-from app.records.results import zeroings_of
+from app.records.measurements import zeroings_of
 from app.records.stored_log import read_logs
 from app.records.writer import RunWriter
 from app.schemas.machine_data import machines_of

@@ -7,8 +7,8 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.version import version_of
-from app.views.labels import beyond_elastic, yarn_label
-from knitlab_core.materials import DEFAULT_FRICTION, Value
+from app.views.labels import beyond_elastic, friction_value, yarn_label
+from knitlab_core.materials import Value
 from rigs.machines.machine import Datum
 
 if TYPE_CHECKING:
@@ -43,9 +43,7 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
     """
     spec = protocol.specimen
     material = spec.substance
-    friction = Value(value=spec.friction, unit="1", source="the protocol")
-    if spec.friction == DEFAULT_FRICTION.value:
-        friction = DEFAULT_FRICTION
+    friction = friction_value(spec)
     return dict(
         [
             ("name", protocol.name),
@@ -91,8 +89,8 @@ def _options(spec: SpecimenSpec) -> Iterator[Fact]:
                 yield from _sourced(
                     f"fused_points.{one.name}", Value(value=value, unit=unit, source="the protocol", assumed=True)
                 )
-    limit = spec.substance.breaking_strain
-    if spec.rupture != "off" and limit is not None:
+    limit = None if spec.rupture == "off" else spec.solid.breaking_strain
+    if limit is not None:
         yield from _sourced("rupture.strain", limit)
 
 

@@ -4,13 +4,14 @@ document  YAML to plain data with lines and columns
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
 defaults  defaults of fields that a file leaves out
-base, models, specimen, materials  structure, published as JSON Schema
+base, models, specimen, material_models, materials  structure, published as JSON Schema
 locate    errors with file, line and column
 here      which words a protocol's rig and knit allow
 further   what is out of range in the parts of a protocol whose form is right
 step_parts, steps  steps: for each its model and its conversion
-convert, convert_steps, convert_specimen  models to the domain's protocol, and back to text
-tables    points of waveforms from CSV files beside a protocol
+convert, convert_steps, convert_specimen, convert_substance  models to the domain's protocol, and back to text
+yarns     a yarn by measurement, in a protocol and in a file of materials
+tables    points of waveforms and rows of yarn between plates, from CSV files beside a protocol
 centrelines  a yarn of the user's own, as CSV
 material_files  files of materials and centrelines of one's own
 """
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
 
     from app.schemas.document import Data
     from app.schemas.sweep import Point
-    from knitlab_core.materials import Material
+    from knitlab_core.materials import Substance
 
 __all__ = [
     "Loaded",
@@ -148,7 +149,7 @@ def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
         return source if isinstance(source, Loaded) else loads(to_yaml(source), f"<{source.name}>")
     path = Path(source)
 
-    def beside(name: str) -> tuple[Mapping[str, Material], str]:
+    def beside(name: str) -> tuple[Mapping[str, Substance], str]:
         file = materials_file(path, name)
         text = read_text(file, "materials")
         return _read_materials(text, str(file)), text
@@ -212,7 +213,7 @@ def loads_document(document: Document, *, name: str = _UNNAMED, materials: str =
     return _loaded(document, name, lambda file: _given(file, materials), {})
 
 
-def _given(file: str, materials: str) -> tuple[Mapping[str, Material], str]:
+def _given(file: str, materials: str) -> tuple[Mapping[str, Substance], str]:
     """Return the materials that came with a text, and their own text."""
     if not materials:
         raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
@@ -220,7 +221,7 @@ def _given(file: str, materials: str) -> tuple[Mapping[str, Material], str]:
 
 
 @lru_cache(maxsize=4)
-def _read_materials(text: str, path: str) -> Mapping[str, Material]:
+def _read_materials(text: str, path: str) -> Mapping[str, Substance]:
     """Return the materials of a text; read once, for every job of a sweep brings the same."""
     return MappingProxyType(to_materials(parse_text(text, path, "materials")))
 
@@ -228,7 +229,7 @@ def _read_materials(text: str, path: str) -> Mapping[str, Material]:
 def _loaded(
     document: Document,
     name: str,
-    find: Callable[[str], tuple[Mapping[str, Material], str]],
+    find: Callable[[str], tuple[Mapping[str, Substance], str]],
     chosen: Mapping[str, Data],
     file: Path | None = None,
 ) -> Loaded:
@@ -246,7 +247,7 @@ def _loaded(
         faults.found += [one for one in form_errors(document, error) if one.spot not in unknown]
         faults.found += further_errors(document, data, faults.found, name)
         raise _all_of(faults) from error
-    nothing: tuple[Mapping[str, Material], str] = ({}, "")
+    nothing: tuple[Mapping[str, Substance], str] = ({}, "")
     none: tuple[Point, ...] = ()
     own, text = faults.of(lambda: _brought(model, document, find), nothing)
     points = faults.of(lambda: points_of(model, document), none)
@@ -269,8 +270,8 @@ def _loaded(
 
 
 def _brought(
-    model: ProtocolModel, document: Document, find: Callable[[str], tuple[Mapping[str, Material], str]]
-) -> tuple[Mapping[str, Material], str]:
+    model: ProtocolModel, document: Document, find: Callable[[str], tuple[Mapping[str, Substance], str]]
+) -> tuple[Mapping[str, Substance], str]:
     """Return the materials of the file that a protocol names, and their text."""
     if not isinstance(model.materials, str):
         return {}, ""

@@ -17,7 +17,7 @@ from app.schemas.specimen import VolumetricStitchModel
 from app.schemas.steps import written_step
 from app.schemas.units import write
 from knitlab_core.knits import fabric_named, fabric_names
-from knitlab_core.materials import MATERIALS, Material
+from knitlab_core.materials import MATERIALS
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.protocol import LogSpec, Protocol, require_others
 from rigs.protocol.specimen import SpecimenSpec
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from app.schemas.convert_specimen import NamedText
     from app.schemas.document import Document
     from app.schemas.specimen import SpecimenModel
+    from knitlab_core.materials import Substance
 
 _ANY: Final = next(iter(MATERIALS.values()))
 """A material, where one has mistakes."""
@@ -37,7 +38,7 @@ def to_domain(
     model: ProtocolModel,
     document: Document,
     name: str,
-    own: Mapping[str, Material],
+    own: Mapping[str, Substance],
     centreline: NamedText | None = None,
 ) -> Protocol:
     """Return the protocol a model describes.
@@ -106,7 +107,7 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
 def to_data(protocol: Protocol) -> dict[str, Any]:
     """Return a protocol as the data of a file, defaults included."""
     spec = protocol.specimen
-    own = {spec.material.name: materials.written(spec.material)} if isinstance(spec.material, Material) else {}
+    own = {} if isinstance(spec.material, str) else {spec.material.name: materials.written(spec.material)}
     return {
         "schema": SCHEMA,
         "name": protocol.name,

@@ -7,9 +7,10 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from app.schemas.centrelines import read_centreline, written_centreline
+from app.schemas.convert_substance import by_name, friction_of, substance_of
 from app.schemas.errors import Faults
 from app.schemas.locate import at
-from app.schemas.specimen import CentrelineModel, FilamentModel, StitchModel, VolumetricStitchModel
+from app.schemas.specimen import CentrelineModel, FilamentModel, StitchModel, VolumetricStitchModel, YarnModel
 from app.schemas.units import write
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
@@ -23,7 +24,7 @@ from knitlab_core.knits import (
     fabric_names,
     same_area,
 )
-from knitlab_core.materials import DEFAULT_FRICTION, MATERIALS, material_named
+from knitlab_core.materials import MATERIALS
 from rigs.protocol.specimen import MESHES, SpecimenSpec
 
 if TYPE_CHECKING:
@@ -31,10 +32,10 @@ if TYPE_CHECKING:
 
     from app.schemas.base import Model
     from app.schemas.document import Document
-    from app.schemas.specimen import FusedModel, SpecimenModel, YarnModel
+    from app.schemas.specimen import FusedModel, SpecimenModel
     from app.schemas.values import Measure
     from knitlab_core.knits import Fabric
-    from knitlab_core.materials import Material
+    from knitlab_core.materials import Substance
 
 
 class NamedText(NamedTuple):
@@ -45,7 +46,7 @@ class NamedText(NamedTuple):
 
 
 def to_specimen(
-    model: SpecimenModel, document: Document, own: Mapping[str, Material], text: NamedText | None = None
+    model: SpecimenModel, document: Document, own: Mapping[str, Substance], text: NamedText | None = None
 ) -> SpecimenSpec:
     """Return the specimen a model describes; inline stitch values may be lengths.
 
@@ -72,8 +73,8 @@ def to_specimen(
     # An unknown name is refused by the specimen, with those that are known.
     named = fabric_named(knit) if isinstance(knit, str) and knit in fabric_names() else None
     fabric = named if isinstance(knit, str) else knit
-    known = {**MATERIALS, **own}
-    substance = faults.of(lambda: material_named(model.material, "material", known), None)
+    known: dict[str, Substance] = {**MATERIALS, **own}
+    substance = faults.of(lambda: substance_of(model, known, document), None)
 
     def whole() -> SpecimenSpec:
         return SpecimenSpec(
@@ -83,8 +84,8 @@ def to_specimen(
             layers=layers[0] if layers else 1,
             loop_width=model.loop,
             # One that is not known is replaced by another, to find more mistakes.
-            material=next(iter(known)) if substance is None else substance if model.material in own else model.material,
-            friction=DEFAULT_FRICTION.value if model.friction is None else model.friction,
+            material=next(iter(MATERIALS)) if substance is None else by_name(substance),
+            friction=friction_of(model, substance),
             nodes_per_loop=nodes,
             rest_shape=model.rest_shape,
             yarn=yarn,
@@ -116,7 +117,9 @@ def _by_values(knit: Model, loop_width: float, document: Document, text: NamedTe
 
 def _made_yarn(model: SpecimenModel, fabric: Fabric | None) -> Yarn | None:
     """Return the yarn of fibres of a specimen, if it has one and its knit is known."""
-    return None if model.yarn is None or fabric is None else _yarn(model.yarn, fabric.fibre_radius, model.loop)
+    if not isinstance(model.yarn, YarnModel) or fabric is None:
+        return None
+    return _yarn(model.yarn, fabric.fibre_radius, model.loop, printed=model.rest_shape == "as-printed")
 
 
 def _nodes_per_loop(model: SpecimenModel) -> int:
@@ -245,8 +248,11 @@ def _in_loop_widths(measure: Measure, loop_width: float) -> float:
     return measure.value / loop_width if measure.metres else measure.value
 
 
-def _yarn(model: YarnModel, single_radius: float, loop_width: float) -> Yarn:
-    """Return a yarn in loop widths: unless told otherwise its fibres have the stitch's own area and lie just apart."""
+def _yarn(model: YarnModel, single_radius: float, loop_width: float, *, printed: bool) -> Yarn:
+    """Return a yarn in loop widths: unless told otherwise its fibres have the stitch's own area and lie just apart.
+
+    Fibres that are printed so near fuse: seen as one rod, such a yarn is glued unless told otherwise.
+    """
     given = {
         name: _in_loop_widths(measure, loop_width)
         for name in ("fibre_radius", "winding_radius")
@@ -257,12 +263,13 @@ def _yarn(model: YarnModel, single_radius: float, loop_width: float) -> Yarn:
     if count > 0:
         radius = given.get("fibre_radius", single_radius / math.sqrt(count))
         values = {"fibre_radius": radius, "winding_radius": same_area(radius * math.sqrt(count), count).winding_radius}
+    fuses = printed and model.model == "yarn" and model.winding_radius is None
     return Yarn(
         fibres=count,
         model=model.model,
         twist=float(model.twist),
         phase=float(model.phase),
-        bonding=float(model.bonding),
+        bonding=float(fuses) if model.bonding is None else float(model.bonding),
         **{**values, **given},
     )
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from app.schemas.specimen import YarnModel
 from app.schemas.units import write
+from app.schemas.yarns import MeasuredYarnModel
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,12 +34,19 @@ def defaults_of(model: ProtocolModel, protocol: Protocol) -> Mapping[str, str]:
     }
     if model.specimen.model_fields_set & _MESH:
         said.add("specimen.nodes_per_loop")
+    yarn = protocol.specimen.yarn
+    bonded = yarn is not None and yarn.model == "yarn" and yarn.fibres > 1
+    if isinstance(model.specimen.yarn, YarnModel):
+        said |= {f"specimen.yarn.{name}" for name in model.specimen.yarn.model_fields_set}
+    if isinstance(model.specimen.yarn, MeasuredYarnModel) and model.specimen.yarn.friction is not None:
+        said.add("specimen.friction")
     taken = {
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
         "specimen.friction": f"{protocol.specimen.friction:g}",
         "specimen.hook": protocol.hook,
         "specimen.nodes_per_loop": str(protocol.specimen.nodes_per_loop),
+        **({"specimen.yarn.bonding": f"{yarn.bonding:g}"} if yarn is not None and bonded else {}),
         "log.rate": write(protocol.log.rate, "frequency"),
         "log.noise": "on" if protocol.log.noise else "off",
         "log.seed": str(protocol.log.seed),

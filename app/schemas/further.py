@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from app.schemas.convert import to_domain
 from app.schemas.errors import ProtocolError, nearest
 from app.schemas.models import SCHEMA, ProtocolModel
+from app.schemas.yarns import is_measured
 from knitlab_core.knits import fabric_named, fabric_names
 
 if TYPE_CHECKING:
@@ -81,6 +82,8 @@ def _mended(data: dict[str, Data], fields: Sequence[str], *, rigless: bool) -> D
     specimen = _good(data.get("specimen"), fields, "specimen.")
     if "knit" not in specimen:
         specimen.pop("loops", None)
+    if is_measured(specimen.get("yarn")):
+        specimen.setdefault("material", None)
     knit = specimen.get("knit")
     volumetric = isinstance(knit, str) and knit in fabric_names() and "P" in fabric_named(knit).axes
     steps = data.get("steps")

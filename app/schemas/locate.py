@@ -15,6 +15,7 @@ from app.schemas.models import MODELS, NOT_YET, ProtocolModel
 from app.schemas.specimen import (
     CENTRELINE,
     FILAMENT,
+    MEASURED,
     VOLUMETRIC,
     CentrelineModel,
     FilamentModel,
@@ -22,6 +23,7 @@ from app.schemas.specimen import (
 )
 from app.schemas.step_parts import CycleLogModel, StepLogModel
 from app.schemas.steps import STEPS
+from app.schemas.yarns import CompressionModel, MeasuredYarnModel
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import fabric_names
 from rigs.axes import AXES
@@ -110,6 +112,8 @@ def _translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     for branch, model in _KNITS.items():
         if branch in details["loc"]:
             models = {**MODELS, "knit": model}
+    if MEASURED in details["loc"]:
+        models = {**MODELS, "yarn": MeasuredYarnModel, "compression": CompressionModel}
     if place[:1] == ("steps",):
         models = {**MODELS, "log": CycleLogModel if "cycle" in place else StepLogModel}
     path, field = document.path, dotted(place) or "protocol"
@@ -177,6 +181,8 @@ def _phrase(place: Place, models: Mapping[str, type[Model]]) -> str:
         return "a mapping of fields: " + ", ".join(_fields((), models))
     last = place[-1]
     if isinstance(last, int):
+        if "compression" in place:
+            return "a compression and a force by length, such as [0.1 mm, 0.2 mN/mm]"
         return {"steps": "a step", "loops": "a whole number"}.get(str(place[-2]), "a name")
     if last in STEPS:
         return "a mapping of fields: " + ", ".join(_fields(place, models))

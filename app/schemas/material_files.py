@@ -20,12 +20,12 @@ from knitlab_core.materials import MATERIALS
 if TYPE_CHECKING:
     from collections.abc import Container, Mapping
 
-    from knitlab_core.materials import Material
+    from knitlab_core.materials import Substance
 
 _ALLOWED: Final = "a YAML file in the protocol's folder or below it, such as my-resins.yaml"
 
 
-def load_materials(path: Path) -> Mapping[str, Material]:
+def load_materials(path: Path) -> Mapping[str, Substance]:
     """Return the materials of a file, by name.
 
     Parameters
@@ -41,7 +41,7 @@ def load_materials(path: Path) -> Mapping[str, Material]:
     return MappingProxyType(to_materials(parse_text(read_text(path, "materials"), str(path), "materials")))
 
 
-def known_materials(path: Path | str | None = None) -> Mapping[str, Material]:
+def known_materials(path: Path | str | None = None) -> Mapping[str, Substance]:
     """Return the catalogue, and with it the materials of a file; no file can redefine a name of the catalogue."""
     return MATERIALS if path is None else MappingProxyType({**MATERIALS, **load_materials(Path(path))})
 

@@ -1,6 +1,6 @@
-"""Pydantic models of a user's materials file, and their conversion to the domain's materials.
+"""Conversion of a user's materials file to the domain's materials, and back; errors with their places.
 
-Ranges are checked in `knitlab_core.materials`; here are structure, units and the places of errors.
+Ranges are checked in `knitlab_core.materials`, structure and units in `material_models`.
 """
 
 from __future__ import annotations
@@ -8,17 +8,39 @@ from __future__ import annotations
 import re
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import Field, StringConstraints, ValidationError
+from pydantic import ValidationError
 
-from app.schemas.base import BRANCH, Model
+from app.schemas.base import BRANCH
 from app.schemas.document import dotted
 from app.schemas.errors import Faults, ProtocolError, in_order, nearest, shown
-from app.schemas.units import allowed, write
-from app.schemas.values import Density, Strain, Stress, Time  # noqa: TC001 (pydantic reads them)
+from app.schemas.material_models import (
+    CurveModel,
+    DensityValue,
+    MaterialModel,
+    MaterialsModel,
+    NumberValue,
+    PointModel,
+    RelaxationModel,
+    StrainValue,
+    StressValue,
+    TermModel,
+)
+from app.schemas.units import write
+from app.schemas.yarns import (
+    AxialValue,
+    BendingValue,
+    FrictionValue,
+    LengthValue,
+    SourcedCompressionModel,
+    SourcedYarnModel,
+    is_measured,
+    to_yarn,
+    written_yarn,
+)
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import MATERIALS, CurvePoint, Material, RelaxationTerm, Value
+from knitlab_core.materials import MATERIALS, CurvePoint, Material, MeasuredYarn, RelaxationTerm, Value
 from rigs.protocol.bounds import LABEL, is_label
 
 if TYPE_CHECKING:
@@ -26,115 +48,15 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
+    from app.schemas.base import Model
     from app.schemas.document import Document, Place
     from app.schemas.units import Dimension
+    from knitlab_core.materials import Substance
 
-SCHEMA: Final = "knitlab/materials@1"
 _PART: Final = re.compile(r"[^.\[\]]+")
-_SOURCE = Field(description="where the number was found, or why it was chosen")
-_ASSUMED = Field(default=False, description="true for a choice, false for a figure of its source")
-
-Source = Annotated[str, StringConstraints(min_length=1, strip_whitespace=True)]
 
 
-class StressValue(Model):
-    """A stress and its source."""
-
-    value: Stress = Field(description=allowed("stress"))
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class DensityValue(Model):
-    """A density and its source."""
-
-    value: Density = Field(description=allowed("density"))
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class StrainValue(Model):
-    """A strain and its source."""
-
-    value: Strain = Field(description=allowed("strain"))
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class NumberValue(Model):
-    """A pure number and its source."""
-
-    value: float = Field(description="a pure number, such as 0.37")
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class TermModel(Model):
-    """One term of a Prony series."""
-
-    share: Strain = Field(description="a share of the stiffness above 0 and below 1, such as 0.2 or 20 %")
-    time: Time = Field(description=allowed("time"))
-
-
-class RelaxationModel(Model):
-    """A Prony series and its source."""
-
-    terms: list[TermModel] = Field(min_length=1, description="a list of terms, such as [{share: 0.2, time: 10 s}]")
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class PointModel(Model):
-    """One point of a curve of stress over strain."""
-
-    strain: Strain = Field(description=allowed("strain"))
-    stress: Stress = Field(description=allowed("stress"))
-
-
-class CurveModel(Model):
-    """A curve of stress over strain and its source."""
-
-    points: list[PointModel] = Field(
-        min_length=1,
-        description="a list of points, such as [{strain: 2 %, stress: 40 MPa}], the first where yield begins",
-    )
-    source: Source = _SOURCE
-    assumed: bool = _ASSUMED
-
-
-class MaterialModel(Model):
-    """A material."""
-
-    young_modulus: StressValue = Field(description="a mapping such as {value: 2.0 GPa, source: ...}")
-    poisson_ratio: NumberValue = Field(description="a mapping such as {value: 0.37, source: ...}")
-    strength: StressValue | None = Field(default=None, description="a mapping such as {value: 40 MPa, source: ...}")
-    elongation_at_break: StrainValue | None = Field(
-        default=None, description="a mapping such as {value: 15 %, source: ...}"
-    )
-    density: DensityValue | None = Field(
-        default=None, description="a mapping such as {value: 1180 kg/m^3, source: ...}"
-    )
-    relaxation: RelaxationModel | None = Field(
-        default=None, description="a mapping such as {terms: [{share: 0.2, time: 10 s}], source: ...}"
-    )
-    yield_curve: CurveModel | None = Field(
-        default=None,
-        description="a mapping such as {points: [{strain: 2 %, stress: 40 MPa}, {strain: 15 %, stress: 50 MPa}], "
-        "source: ...}",
-    )
-    note: str = Field(default="", description="a text")
-
-
-class MaterialsModel(Model):
-    """A knitlab materials file: one or more materials by name."""
-
-    schema_id: Literal["knitlab/materials@1"] = Field(alias="schema", description=SCHEMA)
-    materials: dict[str, MaterialModel] = Field(
-        min_length=1, description="a mapping of names to materials, each a mapping of fields"
-    )
-
-
-def to_materials(document: Document) -> dict[str, Material]:
+def to_materials(document: Document) -> dict[str, Substance]:
     """Return the materials of a document.
 
     Raises
@@ -149,7 +71,7 @@ def to_materials(document: Document) -> dict[str, Material]:
     return to_domain(model.materials, document)
 
 
-def to_domain(models: Mapping[str, MaterialModel], document: Document) -> dict[str, Material]:
+def to_domain(models: Mapping[str, MaterialModel | SourcedYarnModel], document: Document) -> dict[str, Substance]:
     """Return the materials under `materials` in a document.
 
     Raises
@@ -163,14 +85,17 @@ def to_domain(models: Mapping[str, MaterialModel], document: Document) -> dict[s
     return {name: one for name, one in made.items() if one is not None}
 
 
-def written(material: Material) -> dict[str, Any]:
+def written(material: Substance) -> dict[str, Any]:
     """Return a material as the data of a file that reads back as the same material.
 
     Raises
     ------
     SpecificationError
-        If the terms of its relaxation, or the points of its yield curve, come from several sources: a file gives one.
+        If the terms of its relaxation, the points of its yield curve or the numbers of its compression come from
+        several sources: a file gives one.
     """
+    if isinstance(material, MeasuredYarn):
+        return written_yarn(material)
     numbers: dict[str, tuple[Value | None, Dimension | None]] = {
         "young_modulus": (material.young_modulus, "stress"),
         "poisson_ratio": (material.poisson_ratio, None),
@@ -220,13 +145,15 @@ def json_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
-def _material(name: str, model: MaterialModel, document: Document) -> Material:
-    """Return one material."""
+def _material(name: str, model: MaterialModel | SourcedYarnModel, document: Document) -> Substance:
+    """Return one material, or one yarn by measurement."""
     place: Place = ("materials", name)
     if not is_label(name) or name in MATERIALS:
         expected = f"{LABEL}, and no name of the catalogue"
         raise ProtocolError(document.path, document.spot(place, key=True), dotted(place), shown(name), expected)
     try:
+        if isinstance(model, SourcedYarnModel):
+            return to_yarn(name, model)
         return Material(
             name=name,
             young_modulus=_value(model.young_modulus, "Pa"),
@@ -273,8 +200,8 @@ def _placed(document: Document, material: Place, error: SpecificationError) -> P
     """Return an error of the domain with line and column of the number it blames."""
     # `material.relaxation[0].share` is under `terms`, `material.yield_curve[0].stress` under `points`, any other
     # number under `value`.
-    names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)][1:]
-    if len(names) > 1:
+    kind, *names = [int(part) if part.isdigit() else part for part in _PART.findall(error.field)]
+    if kind == "material" and len(names) > 1:
         names.insert(1, "points" if names[0] == "yield_curve" else "terms")
     place: Place = (*material, *names)
     if (*place, "value") in document.values:
@@ -302,31 +229,35 @@ def translate(document: Document, details: Mapping[str, Any]) -> ProtocolError:
     # In a protocol materials by name are one way of two to give them.
     place = tuple(part for part in place if not str(part).startswith(BRANCH))
     field = dotted(place) or "materials"
-    known = _fields(place[:-1])
+    known = _fields(place[:-1], document)
     if details["type"] == "extra_forbidden":
         expected = f"{', '.join(known)}{nearest(str(place[-1]), known)}"
         return ProtocolError(document.path, document.spot(place, key=True), field, "an unknown field", expected)
     missing = details["type"] == "missing"
     found = "nothing" if missing else shown(details["input"])
     spot = document.spot(place)
-    return ProtocolError(document.path, spot, field, found, _phrase(place, known), missing=missing)
+    allowed = _phrase(place, known, document)
+    return ProtocolError(document.path, spot, field, found, allowed, missing=missing)
 
 
-def _phrase(place: Place, known: Mapping[str, str]) -> str:
+def _phrase(place: Place, known: Mapping[str, str], document: Document) -> str:
     """Return the phrase that describes what is allowed at a place whose neighbours are `known`."""
     if place and place[-1] in known:
         return known[str(place[-1])]
-    return f"a mapping of fields: {', '.join(_fields(place))}"
+    if "table" in place:
+        return _ROW
+    return f"a mapping of fields: {', '.join(_fields(place, document))}"
 
 
-def _fields(place: Place) -> dict[str, str]:
+def _fields(place: Place, document: Document) -> dict[str, str]:
     """Return the fields of the mapping at a place, with what each allows; nothing where names are free."""
     model: type[Model] | None
     match place:
         case ():
             model = MaterialsModel
         case ("materials", _):
-            model = MaterialModel
+            one = _within(document.data, place)
+            model = SourcedYarnModel if is_measured(one) else MaterialModel
         case ("materials", _, str(name)):
             model = _VALUES.get(name)
         case ("materials", _, "relaxation", "terms", int()):
@@ -340,6 +271,15 @@ def _fields(place: Place) -> dict[str, str]:
     return {field.alias or key: field.description or "a value" for key, field in model.model_fields.items()}
 
 
+def _within(data: object, place: Place) -> object:
+    """Return the data at a place of a file; None where there is none."""
+    for part in place:
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
+
+
+_ROW: Final = "a row of two: a compression and a force by length, such as [0.1 mm, 0.002 N/mm]"
+
 _VALUES: Final[Mapping[str, type[Model]]] = MappingProxyType(
     {
         "young_modulus": StressValue,
@@ -349,5 +289,12 @@ _VALUES: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "density": DensityValue,
         "relaxation": RelaxationModel,
         "yield_curve": CurveModel,
+        "bending": BendingValue,
+        "axial": AxialValue,
+        "twisting": BendingValue,
+        "radius": LengthValue,
+        "core": LengthValue,
+        "friction": FrictionValue,
+        "compression": SourcedCompressionModel,
     }
 )

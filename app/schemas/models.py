@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
-from app.schemas.materials import MaterialModel
+from app.schemas.material_models import AnyMaterial
 from app.schemas.sampling import SampleModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.step_parts import EVENTS, EVERY_CYCLE
@@ -64,7 +64,7 @@ class ProtocolModel(Model):
     )
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     materials: Annotated[
-        Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, MaterialModel], Tag(f"{BRANCH}here")],
+        Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, AnyMaterial], Tag(f"{BRANCH}here")],
         Discriminator(_materials_branch),
     ] = Field(default={}, description="a YAML file of materials beside the protocol, such as my-resins.yaml")
     params: dict[str, str | int | float | bool] = Field(

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
+from app.schemas.yarns import MeasuredYarnModel, is_measured
 from rigs.protocol.catalogue import Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture
 
@@ -65,6 +66,7 @@ class CentrelineModel(Model):
 CENTRELINE: Final = f"{BRANCH}centreline"
 FILAMENT: Final = f"{BRANCH}filament"
 VOLUMETRIC: Final = f"{BRANCH}volumetric"
+MEASURED: Final = f"{BRANCH}measured"
 
 
 def _knit_branch(value: object) -> str:
@@ -90,7 +92,12 @@ class YarnModel(Model):
     winding_radius: StitchValue | None = Field(default=None, description=_LENGTH)
     twist: float = Field(default=0.0, description="a number of radians per loop width of yarn, such as 2")
     phase: float = Field(default=0.0, description="a number of radians")
-    bonding: float = Field(default=0.0, description="a number from 0, loose fibres, to 1, glued ones")
+    bonding: float | None = Field(default=None, description="a number from 0, loose fibres, to 1, glued ones")
+
+
+def _yarn_branch(value: object) -> str:
+    """Return the branch of the union that a yarn belongs to: by measurement, or made of fibres."""
+    return MEASURED if is_measured(value) else f"{BRANCH}fibres"
 
 
 class FusedModel(Model):
@@ -120,7 +127,7 @@ class SpecimenModel(Model):
         description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
     )
     loop: Length = Field(description=allowed("length"))
-    material: Label = Field(description="the name of a material, such as RGD8530-DM")
+    material: Label | None = Field(default=None, description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
     hook: Hook = Field(default="pin", description="pin or wire")
     pole_friction: float | None = Field(
@@ -129,8 +136,16 @@ class SpecimenModel(Model):
     mesh: MeshName | None = Field(default=None, description="draft, default or fine")
     nodes_per_loop: int | None = Field(default=None, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
-    yarn: YarnModel | None = Field(
-        default=None, description="a mapping that makes the yarn of fibres, such as {fibres: 3}"
+    yarn: (
+        Annotated[
+            Annotated[YarnModel, Tag(f"{BRANCH}fibres")] | Annotated[MeasuredYarnModel, Tag(MEASURED)],
+            Discriminator(_yarn_branch),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="a mapping that makes the yarn of fibres, such as {fibres: 3}, or one by measurement: "
+        "{bending: 0.045 N mm^2, ...}",
     )
     fused: FusedModel | None = Field(
         default=None, description="a mapping such as {gap: 0.3 mm, patch_radius: 0.1 mm, strength: 20 MPa}"

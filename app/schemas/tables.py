@@ -1,6 +1,7 @@
-"""Tables of waveforms: CSV files beside a protocol, read and put into its data as points.
+"""Tables of waveforms and of yarn between plates: CSV files beside a protocol, put into its data as points.
 
-The first line names two columns with their units, ``time (s),strain (%)``; each other line is a point.
+The first line names two columns with their units, ``time (s),strain (%)`` or ``compression (mm),force (mN/mm)``; each
+other line is a point.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -21,6 +23,7 @@ from rigs.protocol.targets import require_level, require_time
 from rigs.protocol.waveform import MOST_POINTS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from app.schemas.document import Data, Document, Place
@@ -36,11 +39,12 @@ _MOST_VALUES: Final = MAX_VALUES // 2
 
 _HEAD: Final = re.compile(r"\s*([a-z]+)\s*\(([^()]*)\)\s*")
 _ALLOWED: Final = "a CSV file in the protocol's folder or below it, such as my_wave.csv"
+_PLATES: Final = "compression (mm),force (mN/mm)"
 _EXAMPLES: Final = {"strain": "%", "displacement": "mm", "force": "N"}
 
 
 def with_tables(document: Document, data: Data, folder: Path | None, faults: Faults) -> tuple[Data, tuple[str, ...]]:
-    """Return the data of a protocol with points in the place of the tables that its waveforms name.
+    """Return the data of a protocol with points in the place of the tables that its waveforms and its yarn name.
 
     Parameters
     ----------
@@ -56,14 +60,18 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
     Returns
     -------
     data : Data
-        A table with mistakes stays named.
+        A table with mistakes stays named, that of a yarn is replaced by other numbers.
     tables : tuple of str
         The tables that were put in.
     """
     work = _Inlining(document, folder, faults)
-    if not isinstance(data, dict) or not isinstance(steps := data.get("steps"), list):
+    if not isinstance(data, dict):
         return data, ()
-    made: Data = {**data, "steps": work.steps(steps, ("steps",))}
+    made: dict[str, Data] = {**data}
+    if isinstance(specimen := data.get("specimen"), dict):
+        made["specimen"] = work.specimen(specimen)
+    if isinstance(steps := data.get("steps"), list):
+        made["steps"] = work.steps(steps, ("steps",))
     count = _count(made) if work.points else 0
     if count > _MOST_VALUES:
         found, expected = f"{count} values", f"{_MOST_VALUES} or fewer in a protocol with its tables, 3 for each row"
@@ -73,11 +81,24 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
 
 
 class _Inlining:
-    """Read the tables that steps name, also those inside `repeat`, each once."""
+    """Read the tables that the yarn and steps name, also those inside `repeat`, each once."""
 
     def __init__(self, document: Document, folder: Path | None, faults: Faults) -> None:
         self.document, self.folder, self.faults = document, folder, faults
         self.points: dict[str, Data] = {}
+
+    def specimen(self, specimen: dict[str, Data]) -> Data:
+        """Return the specimen, with the rows of the table that the compression of its yarn names."""
+        yarn = specimen.get("yarn")
+        law = yarn.get("compression") if isinstance(yarn, dict) else None
+        table = law.get("table") if isinstance(law, dict) else None
+        if not isinstance(yarn, dict) or not isinstance(law, dict) or not isinstance(table, str):
+            return specimen
+        place = ("specimen", "yarn", "compression", "table")
+        rows = self.faults.of(lambda: self.read(table, rows_of, place), None)
+        # A table with mistakes is replaced by numbers of a yarn, to find more of them.
+        law = {"exponent": 2.0, "rigidity": "1 N/m"} if rows is None else {**law, "table": rows}
+        return {**specimen, "yarn": {**yarn, "compression": law}}
 
     def steps(self, steps: list[Data], place: Place) -> list[Data]:
         """Return the steps of a list, those of repeats too."""
@@ -95,13 +116,14 @@ class _Inlining:
         table, kind = body.get("table"), body.get("kind", "strain")
         if name != "waveform" or not isinstance(table, str) or "points" in body or kind not in MEASURES:
             return step
-        points = self.faults.of(lambda: self.read(table, kind, (*place, name, "table")), None)  # type: ignore[arg-type]
+        read = partial(points_of, kind=kind)  # type: ignore[arg-type]
+        points = self.faults.of(lambda: self.read(table, read, (*place, name, "table")), None)
         if points is None:
             return step
         rest = {key: value for key, value in body.items() if key != "table"}
         return {name: {**rest, "points": points}}
 
-    def read(self, name: str, kind: Control, place: Place) -> Data:
+    def read(self, name: str, rows: Callable[[Path], list[Data]], place: Place) -> Data:
         """Return the points of a table."""
         if self.folder is None:
             found, expected = shown(name), "points: a text without a file has no table beside it"
@@ -112,7 +134,7 @@ class _Inlining:
             spot = self.document.spot(place)
             raise ProtocolError(self.document.path, spot, dotted(place), shown(name), _ALLOWED) from error
         if name not in self.points:
-            self.points[name] = points_of(path, kind)
+            self.points[name] = rows(path)
         return self.points[name]
 
 
@@ -124,6 +146,37 @@ def points_of(path: Path, kind: Control) -> list[Data]:
     ProtocolError
         For whatever is wrong with it, in one line with file, line and column.
     """
+    rows = _lines_of(path, _head_of(kind))
+    units = _units(path, *rows[0], (("time", "time"), (kind, MEASURES[kind])), _head_of(kind))
+    points = [_point(path, line, cells, units, kind) for line, cells in rows[1:]]
+    _require_rising(path, [line for line, _ in rows[1:]], [time for time, _ in points])
+    return [[f"{time!r} s", value if kind == "strain" else f"{value!r} {_si(kind)}"] for time, value in points]
+
+
+def rows_of(path: Path) -> list[Data]:
+    """Return the rows of a table of a yarn between plates as a protocol has them: ``[["0.0001 m", "0.2 N/m"], ...]``.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line with file, line and column.
+    """
+    (first, names), *lines = _lines_of(path, _PLATES)
+    units = _units(path, first, names, (("compression", "length"), ("force", "line force")), _PLATES)
+    rows: list[Data] = []
+    before = (-math.inf, -math.inf)
+    for line, cells in lines:
+        length, force = _numbers(path, line, cells, units, ("length", "line force"), "a compression and a force")
+        for column, (value, last) in enumerate(zip((length, force), before, strict=True)):
+            if not value > last:
+                raise _refusal(path, line, cells, column, shown(cells[column].strip()), "more than in the row before")
+        before = length, force
+        rows.append([f"{length!r} m", f"{force!r} N/m"])
+    return rows
+
+
+def _lines_of(path: Path, head: str) -> list[tuple[int, list[str]]]:
+    """Return the number and the cells of every line of a table that is not empty, its head among them."""
     text = read_text(path, "table", form="a CSV file", most=MOST_BYTES)
     lines = csv.reader(text.splitlines())
     rows: list[tuple[int, list[str]]] = []
@@ -137,24 +190,22 @@ def points_of(path: Path, kind: Control) -> list[Data]:
         raise _refusal(path, lines.line_num, [], 0, f"text that is not CSV ({error})", "CSV") from error
     if len(rows) < 3:
         found = "nothing" if not rows else f"{len(rows) - 1} points"
-        raise _refusal(path, 1, [], 0, found, f"a head and two points or more, such as {_head_of(kind)}")
-    units = _units(path, *rows[0], kind)
-    points = [_point(path, line, cells, units, kind) for line, cells in rows[1:]]
-    _require_rising(path, [line for line, _ in rows[1:]], [time for time, _ in points])
-    return [[f"{time!r} s", value if kind == "strain" else f"{value!r} {_si(kind)}"] for time, value in points]
+        raise _refusal(path, 1, [], 0, found, f"a head and two points or more, such as {head}")
+    return rows
 
 
-def _units(path: Path, line: int, cells: list[str], kind: Control) -> tuple[str, str]:
+def _units(
+    path: Path, line: int, cells: list[str], wanted: Sequence[tuple[str, Dimension]], head: str
+) -> tuple[str, str]:
     """Return the units of the two columns that the head of a table names."""
-    wanted: tuple[tuple[str, Dimension], ...] = (("time", "time"), (kind, MEASURES[kind]))
     if len(cells) != 2:
-        raise _refusal(path, line, [], 0, f"{len(cells)} columns", f"two columns with their units: {_head_of(kind)}")
+        raise _refusal(path, line, [], 0, f"{len(cells)} columns", f"two columns with their units: {head}")
     units = []
     for column, (cell, (name, dimension)) in enumerate(zip(cells, wanted, strict=True)):
         match = _HEAD.fullmatch(cell.lower() if column == 0 else cell)
         if match is None or match[1] != name or not _is_unit(match[2].strip(), dimension):
-            head = _head_of(kind).split(",")[column]
-            raise _refusal(path, line, cells, column, shown(cell.strip()), f"the name and the unit, such as {head}")
+            example = head.split(",")[column]
+            raise _refusal(path, line, cells, column, shown(cell.strip()), f"the name and the unit, such as {example}")
         units.append(match[2].strip())
     return units[0], units[1]
 
@@ -175,18 +226,7 @@ def _value(number: float, unit: str, dimension: Dimension) -> float:
 
 def _point(path: Path, line: int, cells: list[str], units: tuple[str, str], kind: Control) -> tuple[float, float]:
     """Return time [s] and level of a line."""
-    if len(cells) != 2:
-        raise _refusal(path, line, [], 0, f"{len(cells)} columns", "two: a time and a level")
-    found = []
-    for column, (cell, unit) in enumerate(zip(cells, units, strict=True)):
-        try:
-            number = float(cell)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise _refusal(path, line, cells, column, shown(cell.strip()), f"a number, in {unit}")
-        found.append(_value(number, unit, MEASURES[kind] if column else "time"))
-    time, value = found
+    time, value = _numbers(path, line, cells, units, ("time", MEASURES[kind]), "a time and a level")
     try:
         require_level(kind, value, kind)
         if time != 0.0:
@@ -195,6 +235,25 @@ def _point(path: Path, line: int, cells: list[str], units: tuple[str, str], kind
         column = 0 if error.field == "time" else 1
         raise _refusal(path, line, cells, column, str(error.found), str(error.expected)) from error
     return time, value
+
+
+def _numbers(
+    path: Path, line: int, cells: list[str], units: tuple[str, str], kinds: tuple[Dimension, Dimension], names: str
+) -> tuple[float, float]:
+    """Return the two numbers of a line in SI."""
+    if len(cells) != 2:
+        raise _refusal(path, line, [], 0, f"{len(cells)} columns", f"two: {names}")
+    found = []
+    for column, (cell, unit, kind) in enumerate(zip(cells, units, kinds, strict=True)):
+        try:
+            number = float(cell)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise _refusal(path, line, cells, column, shown(cell.strip()), f"a number, in {unit}")
+        found.append(_value(number, unit, kind))
+    first, second = found
+    return first, second
 
 
 def _require_rising(path: Path, lines: list[int], times: list[float]) -> None:

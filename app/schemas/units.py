@@ -30,6 +30,8 @@ Dimension: TypeAlias = Literal[
     "strain rate",
     "force rate",
     "memory",
+    "bending stiffness",
+    "line force",
 ]
 
 # SI unit; the unit people write; how errors describe what is allowed.
@@ -45,6 +47,12 @@ _DIMENSIONS: Final = MappingProxyType(
         "density": ("kg/m**3", "kg/m**3", "a density with its unit, such as 1180 kg/m^3"),
         "strain rate": ("1/s", "1/s", "a strain rate with its unit, such as 1e-3 1/s or 0.1 %/s"),
         "force rate": ("N/s", "N/s", "a force rate with its unit, such as 0.1 N/s"),
+        "bending stiffness": (
+            "N*m**2",
+            "N mm^2",
+            "a stiffness in bending or twisting with its unit, such as 0.045 N mm^2",
+        ),
+        "line force": ("N/m", "N/mm", "a force by length with its unit, such as 0.01 N/mm"),
         "memory": ("byte", "GiB", "a size of memory with its unit, such as 8 GiB"),
     }
 )
@@ -70,13 +78,25 @@ COMMON: Final[Mapping[Dimension, Mapping[str, float]]] = MappingProxyType(
         "density": {"kg/m^3": 1.0, "kg/m**3": 1.0},
         "strain rate": {"1/s": 1.0, "/s": 1.0, "%/s": 1e-2},
         "force rate": {"N/s": 1.0, "mN/s": 1e-3},
+        "bending stiffness": {
+            "N*m**2": 1.0,
+            "N*m^2": 1.0,
+            "N m^2": 1.0,
+            "N mm^2": 1e-6,
+            "N*mm^2": 1e-6,
+            "N*mm**2": 1e-6,
+            "mN mm^2": 1e-9,
+        },
+        "line force": {"N/m": 1.0, "mN/m": 1e-3, "N/mm": 1e3, "mN/mm": 1.0},
         "memory": {"MB": 1e6, "GB": 1e9, "MiB": 2.0**20, "GiB": 2.0**30},
     }
 )
 
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _WORD: Final = r"[A-Za-zµμ%°]{1,24}(?:(?:\^|\*\*)-?\d)?"
-_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})\s*((?:{_WORD}|1?\s*/\s*{_WORD})(?:\s*[*/]\s*{_WORD}){{0,3}})\s*")
+_PRODUCT: Final = r"(?:\s*[*/]\s*|\s+(?=[A-Za-zµμ]))"
+_QUANTITY: Final = re.compile(rf"\s*({_NUMBER})\s*((?:{_WORD}|1?\s*/\s*{_WORD})(?:{_PRODUCT}{_WORD}){{0,3}})\s*")
+_SPACES: Final = re.compile(r"\s*([*/])\s*")
 
 
 @functools.cache
@@ -152,7 +172,7 @@ def write(value: float, dimension: Dimension) -> str:
 @functools.lru_cache(maxsize=4096)
 def _convert(number: float, unit: str, dimension: Dimension) -> float:
     """Return `number` of `unit` in SI; NaN if it has another dimension."""
-    common = COMMON[dimension].get("".join(unit.split()))
+    common = COMMON[dimension].get(_SPACES.sub(r"\1", unit))
     return _convert_by_pint(number, unit, dimension) if common is None else number * common
 
 

@@ -151,6 +151,10 @@ Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schem
 Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
 Stress = Annotated[float, BeforeValidator(partial(_quantity, "stress")), _text_schema("stress")]
 Density = Annotated[float, BeforeValidator(partial(_quantity, "density")), _text_schema("density")]
+BendingStiffness = Annotated[
+    float, BeforeValidator(partial(_quantity, "bending stiffness")), _text_schema("bending stiffness")
+]
+LineForce = Annotated[float, BeforeValidator(partial(_quantity, "line force")), _text_schema("line force")]
 Frequency = Annotated[float, BeforeValidator(partial(_quantity, "frequency")), _text_schema("frequency")]
 Strain = Annotated[
     float,

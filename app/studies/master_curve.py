@@ -18,7 +18,6 @@ from app.schemas import to_yaml
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits import Stitch, Yarn, knit_cell, locking_strain, same_area, yarn_per_loop
 from knitlab_core.materials import Material, Value
-from rigs.analysis.cycles import stress_strain
 from rigs.analysis.master_curve import (
     Collapse,
     Design,
@@ -28,6 +27,7 @@ from rigs.analysis.master_curve import (
     paper_factor,
     power_law,
 )
+from rigs.analysis.stress_strain import stress_strain
 from rigs.protocol.protocol import LogSpec, Protocol
 from rigs.protocol.specimen import SpecimenSpec
 from rigs.protocol.steps import Ramp, Zero

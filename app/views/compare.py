@@ -96,12 +96,27 @@ def _place(scale: float, mark: Mark) -> tuple[float, float]:
     return 100.0 * mark.strain, scale * mark.stress
 
 
+def _modulus(run: RunReader, name: str) -> float:
+    """Return Young's modulus of the yarn of a run [Pa].
+
+    Raises
+    ------
+    SpecificationError
+        For a yarn by measurement, which has none.
+    """
+    known = run.provenance.get("material.young_modulus")
+    if known is None:
+        found = f"{name}, whose yarn is one by measurement and has no Young's modulus"
+        raise SpecificationError("--by-modulus", found, "runs of solid yarn, or the stress itself")
+    return float(str(known))
+
+
 def compared(runs: Sequence[RunReader], *, by_modulus: bool, axis: Axis | None = None) -> list[Compared]:
     """Return what is drawn; runs on the same axis differ by dashes, or by colour in a panel of their own."""
     lines: list[Compared] = []
     for run in runs:
         name = str(run.provenance.get("name", run.path.parent.name))
-        modulus = float(str(run.provenance["material.young_modulus"])) if by_modulus else None
+        modulus = _modulus(run, name) if by_modulus else None
         for curve in curves_of(run):
             if axis not in {None, curve.axis}:
                 continue

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from app.records.results import zeroings_of
+from app.records.measurements import zeroings_of
 from knitlab_core.errors import SpecificationError
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.instruments.pchip import Pchip
 from rigs.instruments.zeros import size_in_time, zeroed
 from rigs.jumps import parted

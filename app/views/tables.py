@@ -11,15 +11,15 @@ from rich.console import Console
 from rich.table import Table
 
 from app.checks.budget import loop_budgets
-from app.views.labels import ELASTIC, beyond_elastic, yarn_label
-from knitlab_core.materials import DEFAULT_FRICTION
+from app.views.labels import ELASTIC, beyond_elastic, friction_value, material_label, yarn_label
+from knitlab_core.materials import MeasuredYarn
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.checks.dry_run import SpecimenFacts
     from app.records.results import Figure
-    from knitlab_core.materials import Material, Value
+    from knitlab_core.materials import Substance, Value
     from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import LimitCrossing
     from rigs.protocol.protocol import Protocol
@@ -65,21 +65,22 @@ def figures_data(figures: Sequence[Figure]) -> list[dict[str, Any]]:
 def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     """Print what is known of the specimen."""
     spec = protocol.specimen
-    material = spec.substance
     knit = spec.knit if isinstance(spec.knit, str) else spec.knit.description
-    assumed = " (assumed)" if DEFAULT_FRICTION.assumed else ""
     table = Table.grid(padding=(0, 2))
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
     if facts.locking_strain is not None:
-        (loop,) = loop_budgets(spec.fabric, spec.yarn).values()
-        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain (estimate, +-{loop.error:.1%})"
+        (loop,) = loop_budgets(spec.fabric, spec.laid).values()
+        good = f"estimate, +-{loop.error:.1%}"
+        if spec.measured is not None:
+            good = "estimate for the outer radius: pressed together, yarn reaches farther"
+        budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain ({good})"
     for name, text in (
         ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
-        ("material", f"{material.name}: E = {material.young_modulus}, Poisson's ratio {material.poisson_ratio}"),
-        ("friction", f"{spec.friction:g}{assumed}"),
+        ("material", material_label(spec)),
+        ("friction", str(friction_value(spec))),
         (
             "yarn",
             f"{facts.yarn_length:.4g} m, radius in contact {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes",
@@ -97,7 +98,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
 
 def _loop_budgets(spec: SpecimenSpec) -> str:
     """Return the text that names the strain at which loops of a volumetric knit have used up their yarn."""
-    budgets = loop_budgets(spec.fabric, spec.yarn)
+    budgets = loop_budgets(spec.fabric, spec.laid)
     if not budgets:
         return "unknown: which parts of the yarn are loops is not known"
     ends = [f"{axis} loops {loop.locking:.1%}" for axis, loop in budgets.items()]
@@ -146,12 +147,12 @@ def print_figures(figures: Sequence[Figure]) -> None:
     console_of().print(table)
 
 
-def materials_data(known: Mapping[str, Material]) -> dict[str, Any]:
+def materials_data(known: Mapping[str, Substance]) -> dict[str, Any]:
     """Return materials as plain data, SI units, each number with its source."""
     return {name: asdict(material) for name, material in known.items()}
 
 
-def print_materials(known: Mapping[str, Material]) -> None:
+def print_materials(known: Mapping[str, Substance]) -> None:
     """Print every number of every material with its source."""
     table = Table("material", "number", "value")
     table.add_column("source", overflow="fold")  # a DOI is one long word
@@ -165,8 +166,10 @@ def print_materials(known: Mapping[str, Material]) -> None:
     console_of().print(table)
 
 
-def _numbers(material: Material) -> list[tuple[str, Value]]:
+def _numbers(material: Substance) -> list[tuple[str, Value]]:
     """Return the numbers of a material that are known, under the words of a table."""
+    if isinstance(material, MeasuredYarn):
+        return list(material.numbers())
     single = {
         "Young's modulus": material.young_modulus,
         "Poisson's ratio": material.poisson_ratio,

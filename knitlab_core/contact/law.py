@@ -1,4 +1,4 @@
-"""Normal contact law: a line potential whose double integral is Hertz's force.
+"""Normal contact laws: a line potential whose double integral is Hertz's force, or that of a yarn that is compressed.
 
 Two samples that stand for lengths wa and wb of two centrelines and overlap by p
 store wa wb psi(p). For cylinders crossed at right angles the double integral
@@ -7,6 +7,9 @@ psi(p) = E* / (3 pi sqrt(r)) p^(3/2) / (1 - p / D), with E* = E / (2 (1 - nu^2))
 is Hertz's F = 4/3 E* sqrt(r) delta^(3/2) exactly. Around touch the power 3/2 is
 replaced by a polynomial that begins a little before, but never where strands were
 printed: those feel nothing (see `pair_potential` and `law_as_printed`).
+
+A yarn by measurement has psi(p) = c w^2 / (n (n - 1)) [(1 - p / w)^(1 - n) - 1 - (n - 1) p / w] instead, with w the
+overlap at which cores meet: psi'' = c (1 - p / w)^(-n - 1) is c where yarns begin to touch and grows without bound.
 """
 
 from math import sqrt
@@ -14,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knitlab_core.angle_kernels import power
 from knitlab_core.arrays import FloatArray
 from knitlab_core.jit import inline_kernel
 
@@ -21,7 +25,8 @@ from knitlab_core.jit import inline_kernel
 class ContactLaw(NamedTuple):
     """Constants of contact and friction, scaled by r and E.
 
-    `coefficient`: of psi; `distance`: of two centrelines that touch; `onset`:
+    `coefficient`: of psi, for a yarn psi'' where yarns begin to touch; `exponent`: n of a yarn, 0 for Hertz's law;
+    `distance`: of two centrelines that touch; `onset`:
     gap at which the force begins, from 0 to `rounding`; `rounding`: overlap from which it is Hertz's; `rise`: what is
     between, see there; `reach`: distance plus onset; `overlap_limit`: where the barrier is infinite; `friction`:
     coefficient mu; `slip`: elastic slip before sliding; `exclusion`: arc length within which samples of one strand
@@ -38,6 +43,7 @@ class ContactLaw(NamedTuple):
     friction: float
     slip: float
     exclusion: float
+    exponent: float = 0.0
 
 
 def make_law(poisson_ratio: float, friction: float, *, onset: float = 0.04, slip: float = 0.02) -> ContactLaw:
@@ -57,6 +63,37 @@ def make_law(poisson_ratio: float, friction: float, *, onset: float = 0.04, slip
     )
 
 
+def make_yarn_law(
+    coefficient: float, exponent: float, core: float, friction: float, *, slip: float = 0.02
+) -> ContactLaw:
+    """Make the contact law of like yarns of unit radius that are compressed down to a core.
+
+    Parameters
+    ----------
+    coefficient : float
+        psi'' where yarns begin to touch [E / r].
+    exponent : float
+        n: the force grows as (1 - p / w)^(-n) near the core [1].
+    core : float
+        Radius to which a yarn can be compressed [r].
+    friction, slip : float
+        Coulomb's coefficient [1], and elastic slip before sliding [r].
+    """
+    return ContactLaw(
+        coefficient=coefficient,
+        distance=2.0,
+        onset=0.0,
+        rounding=0.0,
+        rise=(0.0, 0.0, 0.0, 0.0),
+        reach=2.0,
+        overlap_limit=2.0 * (1.0 - core),
+        friction=friction,
+        slip=slip,
+        exclusion=np.pi,
+        exponent=exponent,
+    )
+
+
 def law_as_printed(law: ContactLaw, least: float) -> ContactLaw:
     """Return the law with which strands feel nothing as printed, however near each other.
 
@@ -73,6 +110,9 @@ def law_as_printed(law: ContactLaw, least: float) -> ContactLaw:
     if least >= law.reach:
         return law
     distance = min(law.distance, least)
+    if law.exponent > 0.0:  # cores stay as they are
+        limit = law.overlap_limit - (law.distance - distance)
+        return law._replace(distance=distance, reach=distance, overlap_limit=limit)
     onset = least - distance
     return law._replace(distance=distance, onset=onset, rise=rise(onset, law.rounding), reach=least)
 
@@ -93,12 +133,25 @@ def rise(onset: float, rounding: float) -> tuple[float, float, float, float]:
 
 
 @inline_kernel
+def compressed(p: float, coefficient: float, exponent: float, limit: float) -> tuple[float, float, float]:
+    """Return psi, psi' and psi'' of a yarn at overlap p from 0 to below the limit w, at which cores meet."""
+    x = p / limit
+    z = 1.0 / (1.0 - x)
+    steep = power(z, exponent)
+    slope = coefficient * limit / exponent
+    psi = slope * limit / (exponent - 1.0) * (steep / z - 1.0 - (exponent - 1.0) * x)
+    return psi, slope * (steep - 1.0), coefficient * steep * z
+
+
+@inline_kernel
 def pair_potential(p: float, law: ContactLaw) -> tuple[float, float, float]:
     """Return psi, psi' and psi'' at overlap p > -onset.
 
     psi = c f(p) b(p) with f = p^(3/2) from p = `rounding` on and the polynomial of `rise` below, and
-    b = 1 / (1 - p / D) / (1 - (p / p_max)^4): exact Hertz, and a barrier.
+    b = 1 / (1 - p / D) / (1 - (p / p_max)^4): exact Hertz, and a barrier. Of a yarn it is `compressed`.
     """
+    if law.exponent > 0.0:
+        return compressed(p, law.coefficient, law.exponent, law.overlap_limit)
     s = law.rounding
     if p < s:
         x = p + law.onset

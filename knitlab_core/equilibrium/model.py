@@ -8,6 +8,7 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.contact.bonds import Bonds, BondState, find_bonds
+from knitlab_core.contact.compression import Compression
 from knitlab_core.contact.friction import Memory
 from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, sample_weights
 from knitlab_core.contact.neighbours import least_distance
@@ -160,7 +161,7 @@ class State:
     poles: PoleMemory = field(default_factory=PoleMemory.empty)
 
 
-def make_model(
+def make_model(  # noqa: PLR0913 (each is a part of the model)
     strands: Sequence[FloatArray],
     *,
     radius: float,
@@ -170,6 +171,7 @@ def make_model(
     straight: bool = False,
     printed: bool = False,
     section: Section = SOLID,
+    compression: Compression | None = None,
     sample_spacing: float = SAMPLE_SPACING,
     bonds: BondLaw | None = None,
     wires: Sequence[FloatArray] = (),
@@ -183,7 +185,7 @@ def make_model(
     radius : float
         Radius at which strands touch [m]: the fibre's, or a yarn's outer one.
     young_modulus : float
-        Of the fibre's material [Pa]; also in contact.
+        Of the fibre's material [Pa], also in contact; of a yarn by measurement its reference modulus.
     poisson_ratio, friction : float
         Poisson's ratio and Coulomb's coefficient.
     straight : bool
@@ -193,6 +195,8 @@ def make_model(
         its force begins at the onset of `make_law`, and strands may be given pressed together.
     section : Section
         Stiffness of a strand relative to a solid round rod of that radius.
+    compression : Compression, optional
+        How strands of that radius are flattened where they touch; by default as Hertz has it of solids.
     sample_spacing : float
         Distance of contact samples along a strand [r].
     bonds : BondLaw, optional
@@ -223,7 +227,13 @@ def make_model(
     rods = storing(with_section(rods, section), soft)
     state = unstressed(np.column_stack([x, np.zeros(len(x))]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
-    samples, law = make_samples(rods, sizes, edge, sample_spacing), make_law(poisson_ratio, friction, slip=SLIP)
+    scales = Scales(radius=radius, young_modulus=young_modulus)
+    if compression is None:
+        law = make_law(poisson_ratio, friction, slip=SLIP)
+    else:
+        law = compression.law(scales, friction, SLIP)
+        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.thin else sample_spacing)
+    samples = make_samples(rods, sizes, edge, sample_spacing)
     if printed and least_distance(state.q, samples, law) < law.reach:
         samples = make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))
         law = narrowed(law, least_distance(state.q, samples, law))
@@ -233,7 +243,7 @@ def make_model(
         samples=samples,
         law=law,
         fixed=fixed,
-        scales=Scales(radius=radius, young_modulus=young_modulus),
+        scales=scales,
     )
     if bonds is None:
         return model, state
@@ -245,9 +255,10 @@ def make_model(
 def narrowed(law: ContactLaw, least: float) -> ContactLaw:
     """Return the contact law of strands whose samples are nearer than its reach as printed."""
     overlap = law.distance - least
-    if overlap > MOST_OVERLAP:
+    most = min(MOST_OVERLAP, 0.5 * law.overlap_limit)
+    if overlap > most:
         found = f"strands that overlap by {overlap:.2g} contact radii where they cut the yarn's bends short"
-        raise GeometryError("specimen.mesh", found, f"a finer mesh: at most {MOST_OVERLAP:g} contact radii")
+        raise GeometryError("specimen.mesh", found, f"a finer mesh: at most {most:g} contact radii")
     return law_as_printed(law, least)
 
 

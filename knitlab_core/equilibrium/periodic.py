@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
+from knitlab_core.contact.compression import Compression
 from knitlab_core.contact.law import make_law
 from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.contact.samples import Samples
@@ -141,6 +142,7 @@ def make_cell(
     friction: float,
     straight: bool = False,
     section: Section = SOLID,
+    compression: Compression | None = None,
     sample_spacing: float = SAMPLE_SPACING,
 ) -> tuple[Model, State]:
     """Make the model of a periodic cell and its state as printed, free of stress.
@@ -153,7 +155,7 @@ def make_cell(
         The cell's vectors [m].
     reach : sequence of int
         So many cells away along each vector strands may touch.
-    radius, young_modulus, poisson_ratio, friction, straight, section, sample_spacing
+    radius, young_modulus, poisson_ratio, friction, straight, section, compression, sample_spacing
         As for `make_model`; a yarn that is not straight at rest is taken as printed.
 
     Returns
@@ -179,7 +181,12 @@ def make_cell(
     fixed[layout.cell] = True
     state = unstressed(np.column_stack([x, np.zeros(n)]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
-    law = make_law(poisson_ratio, friction, slip=SLIP)
+    scales = Scales(radius=radius, young_modulus=young_modulus)
+    if compression is None:
+        law = make_law(poisson_ratio, friction, slip=SLIP)
+    else:
+        law = compression.law(scales, friction, SLIP)
+        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.thin else sample_spacing)
     samples = _samples(rods, layout, edge, sample_spacing)
     if not straight and least_distance(state.q, samples, law) < law.reach:
         samples = _samples(rods, layout, edge, min(sample_spacing, NARROW_SPACING))
@@ -190,7 +197,7 @@ def make_cell(
         samples=samples,
         law=law,
         fixed=fixed,
-        scales=Scales(radius=radius, young_modulus=young_modulus),
+        scales=scales,
         ties=ties,
         links=_links(x, strands, layout),
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.fabric import Counts, Fabric
+from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn
 from knitlab_core.knits.planar import PlanarKnit, check_count
 from knitlab_core.knits.specimen import Cell, Specimen, check_size
@@ -90,7 +91,10 @@ def knit_cell(
     counts = Counts(rows + 2, loops + 2)
     line = knit.centreline(counts)
     knit.check_held(counts)
-    gap = knit.clearance(line, counts, loop_width=loop_width)
+    if yarn is None:
+        gap = knit.clearance(line, counts, loop_width=loop_width)
+    else:
+        gap = check_fibres(line, yarn, loop_width=loop_width).between
     edges = max(8, round(cut[0].length / knit.loop_length(counts) * nodes_per_loop))
     middle = np.array([0.5 * (loops + 2 * MARGIN - 1), 0.5 * (rows - 1) * knit.row_spacing, 0.0])
     nodes = []

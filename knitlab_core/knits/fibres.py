@@ -131,7 +131,14 @@ class Yarn:
         return least - 2.0 * self.fibre_radius
 
 
-def same_area(single_radius: float, fibres: int, *, gap: float = PRINTED_GAP, model: YarnModel = "yarn") -> Yarn:
+def same_area(
+    single_radius: float,
+    fibres: int,
+    *,
+    gap: float = PRINTED_GAP,
+    model: YarnModel = "yarn",
+    bonding: float = 0.0,
+) -> Yarn:
     """Divide a single fibre into n that have its area together, untwisted and just apart.
 
     Parameters
@@ -144,6 +151,8 @@ def same_area(single_radius: float, fibres: int, *, gap: float = PRINTED_GAP, mo
         Gap between neighbours [fibre radii].
     model : {'yarn', 'bundle'}
         How the solver shall see the yarn.
+    bonding : float
+        Of a yarn seen as one rod, from 0, loose, to 1, glued.
 
     Returns
     -------
@@ -152,7 +161,7 @@ def same_area(single_radius: float, fibres: int, *, gap: float = PRINTED_GAP, mo
     """
     radius = single_radius / math.sqrt(fibres)
     winding = 0.0 if fibres == 1 else radius * (1.0 + 0.5 * gap) / float(sine(np.array(math.pi / fibres)))
-    return Yarn(fibres=fibres, fibre_radius=radius, winding_radius=winding, model=model)
+    return Yarn(fibres=fibres, fibre_radius=radius, winding_radius=winding, model=model, bonding=bonding)
 
 
 def fibre_strands(centreline: Centreline, arc_lengths: FloatArray, yarn: Yarn) -> tuple[FloatArray, ...]:

@@ -1,4 +1,4 @@
-"""Section of a yarn of fibres: factors on the stiffness of a solid round rod.
+"""Section of a yarn of fibres, or of one by measurement: factors on the stiffness of a solid round rod.
 
 A rod touches others at its contact radius, which is the solver's unit of length. Its own stiffness is that of
 a solid round section of this radius times the factors here. Hertz's law keeps the solid's modulus and that radius:
@@ -8,10 +8,12 @@ a crossing is so much stiffer than a loop that half of it, or twice, moves the f
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from knitlab_core.knits.fibres import Yarn
+    from knitlab_core.materials import MeasuredYarn
     from knitlab_core.rods.rod import Rods
 
 
@@ -52,6 +54,17 @@ def yarn_section(yarn: Yarn) -> Section:
     steiner = 1.0 + 2.0 * yarn.bonding * (yarn.winding_radius / yarn.fibre_radius) ** 2
     bend = yarn.fibres * ratio**4 * steiner
     return Section(area=yarn.fibres * ratio**2, bend=bend, twist=bend)
+
+
+def measured_section(yarn: MeasuredYarn) -> Section:
+    """Return the section of a yarn by measurement, against a solid one of its radius, reference modulus and ν = 0."""
+    modulus, radius = yarn.reference_modulus, yarn.radius.value
+    area, inertia = pi * radius**2, 0.25 * pi * radius**4
+    return Section(
+        area=yarn.axial.value / (modulus * area),
+        bend=yarn.bending.value / (modulus * inertia),
+        twist=yarn.twisting.value / (modulus * inertia),
+    )
 
 
 def with_section(rods: Rods, section: Section) -> Rods:

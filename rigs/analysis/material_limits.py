@@ -98,9 +98,12 @@ def limits_of(spec: SpecimenSpec) -> tuple[MaterialLimit, ...]:
 
     Where fibres break (`rupture`), strains beyond the breaking strain do not occur; a lower limit may still be passed.
     With `viscoelastic` the stress of a fibre is less than Young's modulus times strain, so its strength says nothing
-    of the strain unless it is the only number known; nor does it with `yields`, where stress follows a curve.
+    of the strain unless it is the only number known; nor does it with `yields`, where stress follows a curve. A yarn by
+    measurement has no limits.
     """
-    material, found = spec.substance, []
+    if spec.measured is not None:
+        return ()
+    material, found = spec.solid, []
     elongation, strength = material.elongation_at_break, material.strength
     if strength is not None and not ((spec.viscoelastic or spec.yields) and elongation is not None):
         text = f"strength of {1e-6 * strength.value:.4g} MPa{' (assumed)' if strength.assumed else ''}"
@@ -136,6 +139,6 @@ def unused_yield(trace: Trace, spec: SpecimenSpec) -> str:
     """Return one line for the user where a specimen may yield and no fibre did; empty otherwise."""
     if not spec.yields or not len(trace) or trace.columns["plastic_work"].max() > 0.0:
         return ""
-    begins = spec.substance.yield_curve[0].strain.value
+    begins = spec.solid.yield_curve[0].strain.value
     reached = float(trace.columns["fibre_strain"].max())
     return f"nothing yielded: fibres were strained by {reached:.2%} at most, and yield begins at {begins:.2%}"

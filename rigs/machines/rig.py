@@ -9,23 +9,20 @@ import numpy as np
 
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
-from knitlab_core.equilibrium.model import DECIMALS, make_model
-from knitlab_core.equilibrium.periodic import Period, make_cell
+from knitlab_core.equilibrium.model import DECIMALS
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.rods.relaxation import Relaxation
-from knitlab_core.rods.section import SOLID, yarn_section
-from knitlab_core.rods.yielding import make_yielding
 from rigs.machines.fixtures import grips_on, ideal_grips, largest_lateral, place, prescribe, pull, release
 from rigs.machines.machine import instruments_on
+from rigs.machines.strands import model_of
 from rigs.machines.wires import hang_on_wires, sliding_hooks
 from rigs.protocol.catalogue import arranged, plated
 from rigs.protocol.specimen import size_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-    from knitlab_core.equilibrium.model import Model, State
+    from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis, FloatArray
@@ -34,7 +31,6 @@ if TYPE_CHECKING:
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import Drive, MachineName
     from rigs.protocol.protocol import Protocol
-    from rigs.protocol.specimen import SpecimenSpec
     from rigs.record import SpecimenSize
 
 
@@ -94,6 +90,8 @@ class Rig:
         What lies between crosshead and fixture of each axis.
     severed : tuple of int
         The edges of the yarn that broke, in order.
+    measured : bool
+        Whether the yarn is one by measurement, of whose fibres only the mean strain is known.
     """
 
     specimen: Specimen
@@ -105,6 +103,7 @@ class Rig:
     breaks_at: float | None
     trains: Mapping[Axis, LoadTrain]
     severed: tuple[int, ...] = ()
+    measured: bool = False
 
     @property
     def gauges(self) -> dict[Axis, float]:
@@ -120,8 +119,11 @@ class Rig:
     def fibre_reach(self) -> float:
         """Return how far from its centreline a rod strains when it bends [r].
 
-        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's.
+        A solid fibre to its surface; loose fibres of a yarn seen as one rod each to its own, glued ones to the yarn's;
+        of a yarn by measurement nothing is known of it, so that what it strains by is the axial strain alone.
         """
+        if self.measured:
+            return 0.0
         yarn = self.specimen.yarn
         reach = yarn.fibre_radius
         if yarn.model == "yarn":
@@ -187,7 +189,7 @@ def mount(
     wires: tuple[FloatArray, ...] = ()
     if protocol.hook == "wire":
         wires, grips = hang_on_wires(specimen, grips)
-    model, state = _model_of(specimen, spec, wires)
+    model, state = model_of(specimen, spec, wires)
     if specimen.cell is None:
         model = replace(model, hooks=sliding_hooks(grips, _rubs(protocol, drives, data), state.q))
         for pair in grips.values():
@@ -207,6 +209,7 @@ def mount(
         mounted=state.q.copy(),
         instruments=instruments_on(protocol, data),
         breaks_at=spec.breaks_at,
+        measured=spec.measured is not None,
         trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
@@ -232,39 +235,6 @@ def _train(numbers: MachineData) -> LoadTrain:
         fastest=carriage.max_speed.value,
         digit=numbers.load_cell.resolution.value,
     )
-
-
-def _model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]) -> tuple[Model, State]:
-    """Make the solver's model of a specimen of a material and of wires, and its state as printed."""
-    material, yarn = spec.substance, specimen.yarn
-    straight = spec.rest_shape == "straight"
-    section = yarn_section(yarn) if yarn.model == "yarn" and yarn.fibres > 1 else SOLID
-    numbers = {
-        "radius": specimen.radius,
-        "young_modulus": material.young_modulus.value,
-        "poisson_ratio": material.poisson_ratio.value,
-        "friction": spec.friction,
-    }
-    if specimen.cell is None:
-        model, state = make_model(
-            specimen.strands,
-            **numbers,
-            section=section,
-            straight=straight,
-            printed=not straight,
-            bonds=spec.fused,
-            wires=wires,
-        )
-    else:
-        periods = [
-            Period(nodes[:-2], shift) for nodes, shift in zip(specimen.strands, specimen.cell.shifts, strict=True)
-        ]
-        cell = specimen.cell
-        model, state = make_cell(periods, cell.vectors, cell.reach, **numbers, section=section, straight=straight)
-    relaxation = Relaxation.of(material) if spec.viscoelastic else None
-    lasting = 1.0 if relaxation is None else relaxation.lasting
-    yielding = make_yielding(material, section, lasting) if spec.yields else None
-    return replace(model, relaxation=relaxation, yielding=yielding), state
 
 
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:

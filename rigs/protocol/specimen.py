@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 
+from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, is_planar, knit_cell, knit_specimen, plate_nodes
-from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
+from knitlab_core.materials import DEFAULT_FRICTION, Material, MeasuredYarn, material_named
 from rigs.axes import COORDINATE, SITES
 from rigs.protocol.bounds import require, require_all
 from rigs.record import SpecimenSize
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.knits import SiteSet
     from knitlab_core.knits.cell import PlanarFabric
+    from knitlab_core.materials import Substance
     from rigs.axes import Axis, FloatArray
 
 MAX_STITCHES: Final = 10_000
@@ -46,8 +48,8 @@ class SpecimenSpec:
         Layers along the pile [1]; a planar knit has one.
     loop_width : float
         Width of one loop, l [m].
-    material : str or Material
-        Name in the catalogue of materials, or a material of one's own.
+    material : str, Material or MeasuredYarn
+        Name in the catalogue of materials, a material of one's own, or the yarn itself by measurement.
     friction : float
         Coulomb coefficient between strands [1].
     nodes_per_loop : int
@@ -72,7 +74,7 @@ class SpecimenSpec:
     rows: int
     loops: int
     loop_width: float
-    material: str | Material
+    material: str | Substance
     layers: int = 1
     friction: float = DEFAULT_FRICTION.value
     nodes_per_loop: int = MESHES["default"]
@@ -117,6 +119,9 @@ class SpecimenSpec:
     def _require_material(self) -> None:
         """Raise unless the material is known, with the numbers of all that it is asked to do."""
         material = self.substance
+        if isinstance(material, MeasuredYarn):
+            self._require_measured(material)
+            return
         lacks = f"off: nothing is known of the {{}} of {material.name}"
         relaxes, breaks = len(material.relaxation) > 0, material.breaking_strain is not None
         plastic = len(material.yield_curve) > 0
@@ -129,6 +134,26 @@ class SpecimenSpec:
             lambda: require(not self.yields or plastic, "yield", "on", lacks.format("yield curve")),
             lambda: require(not (self.yields and self.rest_shape == "straight"), "yield", "on", bending),
             lambda: require(not straight, "fused", "fused points", fusing),
+        )
+
+    def _require_measured(self, yarn: MeasuredYarn) -> None:
+        """Raise unless a yarn by measurement is asked for no more than was measured, and fits the fabric."""
+        off, none = (f"{word}: {yarn.name} is a yarn by measurement, " for word in ("off", "none"))
+        bears = "and what its fibres bear is not known: they are not straight along it"
+        twice = 2.0 * yarn.radius.value
+        wide = f"{1e3 * yarn.radius.value:.4g} mm in loops {1e3 * self.loop_width:.4g} mm wide"
+        diameter = 2.0 * self.fabric.fibre_radius * self.loop_width
+        same = not self.fabric.straight or abs(diameter - twice) <= 1e-6 * twice
+        measured = f"{1e3 * twice:.6g} mm, twice the radius of {yarn.name}"
+        require_all(
+            lambda: require(not self.viscoelastic, "viscoelastic", "on", f"{off}of which no relaxation is known"),
+            lambda: require(not self.yields, "yield", "on", f"{off}of which no yield curve is known"),
+            lambda: require(self.rupture == "off", "rupture", self.rupture, off + bears),
+            lambda: require(self.fused is None, "fused", "fused points", f"{none}and points fuse in print"),
+            lambda: require(self.yarn is None, "yarn", "fibres", f"{none}whose fibres are in its numbers"),
+            # A loop without a width is refused where all specimens' are.
+            lambda: require(not 0.0 < self.loop_width < twice, "yarn.radius", wide, "half of that width at most"),
+            lambda: require(same, "knit.filament", f"{1e3 * diameter:.4g} mm", measured),
         )
 
     def _require_numbers(self) -> None:
@@ -146,14 +171,42 @@ class SpecimenSpec:
         return fabric_named(self.knit) if isinstance(self.knit, str) else self.knit
 
     @property
-    def substance(self) -> Material:
-        """Return the material, by name or by value."""
-        return self.material if isinstance(self.material, Material) else material_named(self.material, "material")
+    def substance(self) -> Substance:
+        """Return the material, or the yarn by measurement, by name or by value."""
+        return material_named(self.material, "material") if isinstance(self.material, str) else self.material
+
+    @property
+    def solid(self) -> Material:
+        """Return the solid material.
+
+        Raises
+        ------
+        SpecificationError
+            For a yarn by measurement.
+        """
+        material = self.substance
+        if isinstance(material, MeasuredYarn):
+            raise SpecificationError("material", f"{material.name}, a yarn by measurement", "a solid material")
+        return material
+
+    @property
+    def measured(self) -> MeasuredYarn | None:
+        """Return the yarn by measurement; None for one of a solid material."""
+        return self.substance if isinstance(self.substance, MeasuredYarn) else None
+
+    @property
+    def laid(self) -> Yarn | None:
+        """Return the yarn that the knit is made of [loop widths]; None for a fibre of the fabric's own radius."""
+        measured = self.measured
+        if measured is None or self.fabric.straight:
+            return self.yarn
+        return Yarn(fibre_radius=measured.radius.value / self.loop_width)
 
     @property
     def breaks_at(self) -> float | None:
         """Return the strain at its surface at which a fibre breaks [1]; None where rupture is off."""
-        limit = self.substance.breaking_strain
+        material = self.substance
+        limit = material.breaking_strain if isinstance(material, Material) else None
         return None if self.rupture == "off" or limit is None else limit.value
 
     @property
@@ -172,7 +225,7 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn, periodic=spec.periodic)
+    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.laid, periodic=spec.periodic)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
 

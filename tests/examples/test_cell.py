@@ -13,7 +13,7 @@ from app.records.results import energy_balance_error
 from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, load, loads
 from app.views.drawing import draw_here
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.protocol.specimen import make_specimen
 from tests.synthetic_run import BOTH
 

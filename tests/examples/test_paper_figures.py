@@ -12,7 +12,7 @@ import pytest
 from app.records.results import energy_balance_error
 from app.schemas import load
 from app.schemas.machine_data import machines_of
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, Hold, Image, Ramp, Target, UntilRupture, Zero
@@ -66,7 +66,7 @@ def draw(protocol: Protocol, tag: str = "pile", balance: float = 0.01) -> Drawn:
     rows = [row for row, name in enumerate(trace.tag) if name == tag]
     rows = [max(rows[0] - 1, 0), *rows]
     strain, stress = stress_strain(trace.columns["displacement_P"], trace.columns["force_P"], "P", rig.size)
-    modulus = protocol.specimen.substance.young_modulus.value
+    modulus = protocol.specimen.solid.young_modulus.value
     return Drawn(outcome, trace, strain[rows], stress[rows] / modulus)
 
 

@@ -12,7 +12,7 @@ import pytest
 from app.records.results import run_figures
 from app.schemas import load
 from app.schemas.machine_data import machines_of
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
 from rigs.instruments.zeros import Zeroing, size_in_time, zeroed
 from rigs.machines.rig import mount

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from knitlab_core.angle_kernels import power
 from knitlab_core.angles import arc_tangents, cosines_sines, exponential
 
 MANY = np.concatenate([np.linspace(-9.0, 9.0, 40001), np.linspace(-1e-3, 1e-3, 1001), [0.0, -1e6, 1e6, 1e-300]])
@@ -34,3 +35,12 @@ def test_exponential() -> None:
         assert exponential(float(x)) == pytest.approx(math.exp(x), rel=3e-16)
     assert exponential(0.0) == 1.0
     assert exponential(-1e4) == 0.0
+
+
+@pytest.mark.parametrize("exponent", [2.4, 0.37, -1.4, 6.0])
+def test_power(exponent: float) -> None:
+    # Of logarithm and exponential each adds a rounding, that of the logarithm times its size.
+    for x in np.concatenate([np.logspace(-12.0, 12.0, 301), 1.0 + np.linspace(-1e-3, 1e-3, 21)]):
+        size = 1.0 + abs(exponent * math.log(x))
+        assert power(float(x), exponent) == pytest.approx(float(x) ** exponent, rel=3e-16 * size)
+    assert power(1.0, exponent) == 1.0

@@ -26,7 +26,7 @@ from tests.service.test_rest import YAML
 if TYPE_CHECKING:
     from app.schemas.document import Document
     from app.service.store import Store
-    from knitlab_core.materials import Material
+    from knitlab_core.materials import Substance
 
 OWN = """\
 schema: knitlab/materials@1
@@ -192,7 +192,7 @@ def test_the_text_of_a_sweep_is_bounded(
 def test_materials_are_read_once_for_a_whole_sweep(protocol: str, monkeypatch: pytest.MonkeyPatch) -> None:
     read = []
 
-    def counted(document: Document) -> dict[str, Material]:
+    def counted(document: Document) -> dict[str, Substance]:
         read.append(document.text)
         return to_materials(document)
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.schemas import ProtocolError, from_yaml, to_yaml
 from app.schemas.machine_data import machines_of
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
 from rigs.instruments.channels import measure
 from rigs.instruments.zeros import Zeroing
@@ -38,7 +38,7 @@ def modulus(text: str) -> float:
     samples = measure(instrument, trace_of(rows), seed=log.seed, noise=log.noise, zeroings=zeroings)
     travel, force = samples.measured["Displacement"], samples.measured["Force"]
     strain, stress = stress_strain(travel, force, "C", rig.size)
-    return float(np.polyfit(strain, stress, 1)[0]) / protocol.specimen.substance.young_modulus.value
+    return float(np.polyfit(strain, stress, 1)[0]) / protocol.specimen.solid.young_modulus.value
 
 
 @pytest.mark.parametrize("force_controlled", [False, True])

@@ -15,7 +15,8 @@ import pytest
 
 from app.schemas.machine_data import machines_of
 from knitlab_core.equilibrium.newton import Options
-from rigs.analysis.cycles import branch, loop_area
+from rigs.analysis.branches import branch
+from rigs.analysis.work import loop_area
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from benchmarks.yarn_of_fibres import make_patch, pull
+from app.schemas import from_yaml
+from benchmarks.yarn_of_fibres import fused_along, make_patch, pull
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import make_model
 from knitlab_core.equilibrium.workspace import Workspace
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.equilibrium.model import Model, State
 
 WINDING, TWIST = 0.1, 4.0
@@ -146,3 +148,54 @@ def test_one_rod_stands_for_a_loose_bundle(bar: Callable[..., None]) -> None:
             found, wanted = (np.interp(strain, rows[:, 0], rows[:, axis]) for rows in (rod, bundle))
             title = f"yarn of 2 as one rod, {name} force at {strain:.0%}"
             bar(title, found / wanted - 1.0, limit, "1", "fibre by fibre; docs/decisions/0008")
+
+
+PRINTED = """
+schema: knitlab/protocol@1
+rig: biaxial-hook
+specimen:
+  knit: stockinette-default
+  loops: [2, 2]
+  loop: 8 mm
+  material: RGD8530-DM
+  yarn: {{fibres: {fibres}}}
+others: hold
+steps:
+  - ramp: {{axes: [C, W], to: 10 %, rate: 0.2 mm/s}}
+"""
+
+
+def force(yarn: Yarn, bonds: BondLaw | None = None) -> NDArray[np.float64]:
+    """Return the force (2,) of a patch along course and wale at 10 % of strain [N]."""
+    return pull(make_patch(yarn, bonds=bonds, nodes_per_loop=16), 0.1)[0][-1, 1:]
+
+
+@pytest.fixture(scope="module")
+def single() -> NDArray[np.float64]:
+    return force(Yarn(fibre_radius=0.05))
+
+
+def test_more_fibres_of_equal_area_stiffen_a_printed_yarn(
+    bar: Callable[..., None], single: NDArray[np.float64]
+) -> None:
+    # The paper's finding; its yarns of n fibres have the single fibre's area.
+    found = {}
+    for fibres in (2, 3, 4, 6, 8):
+        yarn = from_yaml(PRINTED.format(fibres=fibres)).specimen.yarn
+        assert yarn is not None
+        found[fibres] = float((force(yarn) / single).min())
+    bar(
+        "printed yarn of 2 to 8 fibres, 1 / least stiffening",
+        1.0 / min(found.values()),
+        0.8,
+        "1",
+        "the paper: n stiffens",
+    )
+    assert found[3] < found[4] < found[6] < found[8]
+
+
+def test_fibres_fused_one_by_one_stiffen_as_a_glued_yarn_does(single: NDArray[np.float64]) -> None:
+    bundle = same_area(0.05, 3, model="bundle")
+    assert np.all(force(bundle) < 0.4 * single)
+    for fused in (force(bundle, fused_along(bundle)), force(same_area(0.05, 3, bonding=1.0))):
+        assert np.all(fused > 1.25 * single)

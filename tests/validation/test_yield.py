@@ -16,7 +16,7 @@ from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.relaxation import Relaxation
 from knitlab_core.rods.rod import make_rods, measure_strains
 from knitlab_core.rods.yielding import flow, relieve
-from rigs.analysis.cycles import loop_area
+from rigs.analysis.work import loop_area
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount
 from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero

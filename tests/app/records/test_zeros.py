@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from app.records.export import export_run
+from app.records.measurements import zeroings_of
 from app.records.reader import RunReader
-from app.records.results import figures_of, zeroings_of
+from app.records.results import figures_of
 from app.runs.use_cases import run_protocol
 from app.views.curves import curves_of
 from tests.synthetic_run import BOTH, SIZE, make_run

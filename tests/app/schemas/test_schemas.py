@@ -457,7 +457,7 @@ def test_an_error_found_later_is_placed(field: str, line: int, column: int) -> N
     assert "found strands 0.1 mm apart, allowed more than 0.8 mm" in str(error)
 
 
-PROTOCOLS = sorted(path for path in EXAMPLES.rglob("*.yaml") if path.parent.name != "materials")
+PROTOCOLS = sorted(path for path in EXAMPLES.rglob("*.yaml") if path.parent.name not in {"materials", "measured"})
 
 
 @pytest.mark.parametrize("path", PROTOCOLS, ids=lambda path: path.stem)
@@ -520,13 +520,37 @@ def test_fibres_have_the_stitchs_area_unless_told_otherwise() -> None:
         assert found is not None
         return found
 
-    assert yarn("yarn: {fibres: 3}") == same_area(NAMED_STITCHES["plain-knit"].fibre_radius, 3)
+    assert yarn("yarn: {fibres: 3}") == same_area(NAMED_STITCHES["plain-knit"].fibre_radius, 3, bonding=1.0)
     given = yarn("yarn: {fibres: 2, model: bundle, fibre_radius: 0.2 mm, winding_radius: 0.25 mm, twist: 2}")
     assert (given.fibre_radius, given.winding_radius) == pytest.approx((0.2 / 8, 0.25 / 8))
     assert (given.model, given.twist, given.bonding) == ("bundle", 2.0, 0.0)
     # Neighbours lie a tenth of a radius apart, whatever the radius.
     half = yarn("yarn: {fibres: 2, fibre_radius: 0.2 mm}")
     assert half.straight_gap == pytest.approx(0.1 * half.fibre_radius)
+
+
+@pytest.mark.parametrize(
+    ("yarn", "bonding"),
+    [
+        ("{fibres: 3}", 1.0),
+        ("{fibres: 3, fibre_radius: 0.1 mm}", 1.0),
+        ("{fibres: 3, bonding: 0}", 0.0),
+        ("{fibres: 3, bonding: 0.4}", 0.4),
+        # Fibres that are set apart, or laid in, or rods of their own, are loose.
+        ("{fibres: 3, fibre_radius: 0.1 mm, winding_radius: 0.2 mm}", 0.0),
+        ("{fibres: 3}\n  rest_shape: straight", 0.0),
+        ("{fibres: 3, model: bundle}", 0.0),
+    ],
+)
+def test_fibres_printed_just_apart_are_glued_unless_told_otherwise(yarn: str, bonding: float) -> None:
+    loaded = loads(GOOD.replace("friction: 0.3", f"yarn: {yarn}"))
+    found = loaded.one_test().protocol.specimen.yarn
+    assert found is not None
+    assert found.bonding == bonding
+    shown = None if "bonding" in yarn or "bundle" in yarn else f"{bonding:g}"
+    assert loaded.defaults.get("specimen.yarn.bonding") == shown
+    written = to_yaml(loaded.one_test().protocol)
+    assert from_yaml(written).specimen.yarn == found
 
 
 def test_a_mesh_has_a_name_or_a_number() -> None:
@@ -547,7 +571,7 @@ def test_on_stops_at_a_rupture() -> None:
 def test_a_material_of_ones_own_comes_with_its_numbers() -> None:
     text = GOOD.replace("params:", OWN).replace("RGD8530-DM", "mine")
     spec = from_yaml(text).specimen
-    assert spec.substance.young_modulus.value == 1e9
+    assert spec.solid.young_modulus.value == 1e9
     assert from_yaml(to_yaml(from_yaml(text))) == from_yaml(text)
 
 

@@ -14,7 +14,7 @@ from app.schemas import ProtocolError
 from app.schemas.material_files import known_materials, load_materials, materials_file
 from app.schemas.materials import json_schema
 from knitlab_core.errors import SpecificationError
-from knitlab_core.materials import MATERIALS, material_named
+from knitlab_core.materials import MATERIALS, Material, material_named
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "materials"
 
@@ -94,6 +94,7 @@ def written(folder: Path, text: str) -> Path:
 
 def test_every_number_is_read_in_si_with_its_source(tmp_path: Path) -> None:
     (material,) = load_materials(written(tmp_path, GOOD)).values()
+    assert isinstance(material, Material)
     assert material.name == "my-resin"
     assert (material.young_modulus.value, material.young_modulus.unit) == (2e9, "Pa")
     assert not material.young_modulus.assumed
@@ -135,7 +136,9 @@ def test_a_file_that_is_not_there_is_one_line(tmp_path: Path) -> None:
 def test_own_materials_join_the_catalogue(tmp_path: Path) -> None:
     known = known_materials(written(tmp_path, GOOD))
     assert set(known) == {*MATERIALS, "my-resin"}
-    assert material_named("my-resin", known=known).young_modulus.value == 2e9
+    mine = material_named("my-resin", known=known)
+    assert isinstance(mine, Material)
+    assert mine.young_modulus.value == 2e9
     with pytest.raises(SpecificationError, match=r"did you mean my-resin\?"):
         material_named("my-rasin", known=known)
     with pytest.raises(SpecificationError):
@@ -165,6 +168,7 @@ def test_a_link_does_not_lead_out_either(tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_examples_are_read_and_own_up_to_what_they_assume(path: Path) -> None:
     for material in load_materials(path).values():
+        assert isinstance(material, Material)
         assert material.breaking_strain is not None
         assert all(term.share.assumed and term.time.assumed for term in material.relaxation)
 

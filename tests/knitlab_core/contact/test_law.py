@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from knitlab_core.contact.law import ContactLaw, law_as_printed, make_law, pair_potential, sample_weights
+from knitlab_core.contact.law import (
+    ContactLaw,
+    law_as_printed,
+    make_law,
+    make_yarn_law,
+    pair_potential,
+    sample_weights,
+)
 from tests.contact_scenes import POISSON_RATIO, hertz
 
 LAW = make_law(POISSON_RATIO, 0.3)
@@ -123,3 +130,55 @@ def test_weights_reproduce_lines_and_the_span(m: int) -> None:
     assert (w > 0.0).all()
     np.testing.assert_allclose(w.sum(axis=1), 1.0, rtol=1e-15)
     np.testing.assert_allclose(w @ [-1.0, 0.0, 1.0], (np.arange(m) + 0.5) / m - 0.5, atol=1e-15)
+
+
+YARN = make_yarn_law(0.8, 2.4, 0.44, 0.3)
+GROWING = YARN._replace(distance=1.2, reach=1.2, overlap_limit=1.2 - 0.88, coefficient=0.05)
+"""The same around the same core, thinner and softer: what a continuation that lets a yarn grow changes."""
+
+each_yarn = pytest.mark.parametrize(
+    "law", [YARN, make_yarn_law(0.8, 1.2, 0.1, 0.3), make_yarn_law(0.8, 6.0, 0.9, 0.3), GROWING]
+)
+
+
+@each_yarn
+def test_a_yarn_begins_without_force_and_with_the_stiffness_of_its_coefficient(law: ContactLaw) -> None:
+    p = 1e-6 * law.overlap_limit
+    potential, force, stiffness = pair_potential(p, law)
+    assert potential == pytest.approx(0.5 * law.coefficient * p * p, rel=1e-3)
+    assert force == pytest.approx(law.coefficient * p, rel=1e-5)
+    assert stiffness == pytest.approx(law.coefficient, rel=1e-4)
+
+
+@each_yarn
+@pytest.mark.parametrize("order", [0, 1])
+def test_derivatives_of_a_yarn_against_differences(law: ContactLaw, order: int) -> None:
+    for share in (0.1, 0.5, 0.9, 0.99):
+        p = share * law.overlap_limit
+        step = 1e-5 * (law.overlap_limit - p)
+        ahead, behind = (pair_potential(p + s, law)[order] for s in (step, -step))
+        assert (ahead - behind) / (2.0 * step) == pytest.approx(pair_potential(p, law)[order + 1], rel=1e-6)
+
+
+@each_yarn
+def test_a_yarn_resists_more_and_more_up_to_its_core(law: ContactLaw) -> None:
+    along = np.linspace(0.0, law.overlap_limit, 1001)[1:-1]
+    _, force, stiffness = np.transpose([pair_potential(p, law) for p in along])
+    assert (np.diff(force) > 0.0).all()
+    assert (np.diff(stiffness) > 0.0).all()
+    near = pair_potential(law.overlap_limit * (1.0 - 1e-6), law)[1]
+    assert near > 1e6 * pair_potential(0.5 * law.overlap_limit, law)[1]
+
+
+def test_a_yarn_s_potential_is_the_closed_form() -> None:
+    c, n, w = YARN.coefficient, YARN.exponent, YARN.overlap_limit
+    for share in (0.2, 0.6, 0.95):
+        expected = c * w * w / (n * (n - 1.0)) * ((1.0 - share) ** (1.0 - n) - 1.0 - (n - 1.0) * share)
+        assert pair_potential(share * w, YARN)[0] == pytest.approx(expected, rel=1e-13)
+
+
+def test_where_a_coarse_mesh_overlaps_yarns_begin_there_and_cores_stay() -> None:
+    law = law_as_printed(YARN, 1.9)
+    assert law.reach == law.distance == 1.9
+    assert law.distance - law.overlap_limit == pytest.approx(2.0 * 0.44, rel=1e-15)
+    assert law_as_printed(YARN, 2.0) is YARN

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.instruments.zeros import Zeroing, gauge_lengths_taken, size_in_time
 from rigs.record import SpecimenSize
 

@@ -13,7 +13,7 @@ from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, loads, to_yaml
 from knitlab_core.equilibrium.march import march
 from knitlab_core.rods.relaxation import rod_strains
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.axes import COORDINATE
 from rigs.control.experiment import perform
 from rigs.machines.rig import mount, pose, read

@@ -13,7 +13,7 @@ from app.schemas import load, loads
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import plate_nodes
-from rigs.analysis.cycles import stress_strain
+from rigs.analysis.stress_strain import stress_strain
 from rigs.control.path import AxisPath, follow
 from rigs.machines.rig import mount, pose, read
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
@@ -107,7 +107,7 @@ def test_substrate_and_gripper_feel_the_same_pull(micro: tuple[Rig, PathPoint]) 
 def test_a_micro_knit_is_its_macro_twin_by_modulus() -> None:
     def stress(test: Protocol) -> float:
         rig, step = drawn(test, 0.12)
-        return read(rig, step.state).force["P"] / rig.size.section("P") / test.specimen.substance.young_modulus.value
+        return read(rig, step.state).force["P"] / rig.size.section("P") / test.specimen.solid.young_modulus.value
 
     # The same resin at 160 times the size: no length enters but the knit's own.
     assert stress(protocol()) == pytest.approx(stress(protocol(loop_width=8e-3)), rel=1e-6)

@@ -1,0 +1,71 @@
+"""The command `knitlab compare`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from app.cli.analyse import GaugeLength, Mapping, Thickness, Width, mapping_of
+from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
+
+COMPARE_HELP: Final = """\b
+Examples:
+  knitlab compare examples/fabric/measured/course.csv --leave-out 1
+  knitlab compare runs/course fabric.csv --axis C --slack 50mN --out course.png
+  knitlab compare runs/course Specimen_RawData_*.csv --repeats --axis C
+  knitlab compare runs/a runs/b --cycle 2 --table scores.csv"""
+
+
+def compare(  # noqa: PLR0913 (each is an option)
+    sources: Annotated[
+        list[Path], typer.Argument(metavar="RUN|FILE...", help="Run folders, and files of instruments.")
+    ],
+    *,
+    out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("comparison.png"),
+    table: Annotated[
+        Path | None, typer.Option(help="Write the scores to this .csv or .parquet file.", dir_okay=False)
+    ] = None,
+    axis: Annotated[str | None, typer.Option(help="Compare one axis alone; files that name none are of it.")] = None,
+    cycle: Annotated[int, typer.Option(help="Which cycle of each.", min=1)] = 1,
+    slack: Annotated[
+        str | None, typer.Option(help="Count strain from where this force is reached: 50 mN.", show_default="off")
+    ] = None,
+    offset: Annotated[bool, typer.Option("--offset", help="Count force from its mean before the start.")] = False,
+    leave_out: Annotated[
+        list[int] | None, typer.Option("--leave-out", help="Repeat of the files to leave out; may be repeated.")
+    ] = None,
+    repeats: Annotated[bool, typer.Option("--repeats", help="All files are repeats of one test: one band.")] = False,
+    mapping: Mapping = None,
+    gauge_length: GaugeLength = None,
+    width: Width = None,
+    thickness: Thickness = None,
+    as_json: AsJson = False,
+) -> None:
+    """Lay runs and measured files over each other: a figure, and scores against the first measured file.
+
+    Repeats in a file make a band. Units and directions are made the same; each difference has its row in the table.
+    """
+    from app.records.table_files import write_table  # noqa: PLC0415
+    from app.schemas.units import parse  # noqa: PLC0415
+    from app.views.figure_tables import print_table  # noqa: PLC0415
+    from app.views.overlay import compare as compared  # noqa: PLC0415
+    from rigs.analysis.alignment import Alignment  # noqa: PLC0415
+
+    level = None if slack is None else parse(slack, "force", "--slack")
+    found = compared(
+        sources,
+        out,
+        mapping=mapping_of(mapping, gauge_length, width, thickness),
+        alignment=Alignment(cycle=cycle, slack=level, offset=offset),
+        axis=axis,
+        leave_out=leave_out or (),
+        repeats=repeats,
+    )
+    if table is not None:
+        write_table(found.table, table)
+    print_table(found.table, as_json=as_json)
+    if not as_json:
+        sys.stdout.write(f"plot: {found.figure}\n")
