@@ -153,6 +153,8 @@ def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
 
 def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
     """Return the specimen that represents all of the same shape, whatever they are made of."""
+    if spec.grows_to is not None:
+        return spec
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
     )

@@ -90,7 +90,7 @@ def knit_in(
             rest_twist=twist + share * (settled.rest_twist - twist),
         )
 
-    last, at, still, spent = _idle(state), 0.0, False, work.clock.iterations
+    last, at, still, spent = idle(state), 0.0, False, work.clock.iterations
     control, reach = StepControl.of(1.0 / steps, Pace(), turns=False), REACH * STEPS / steps
     # Once more at the end: friction comes to rest, so that nothing stirs in the test before the fixtures do.
     while not still:
@@ -103,7 +103,7 @@ def knit_in(
         if found is None or change > LARGEST_CHANGE:
             found, report = _follow_down(work, last, rods, options, to, reach)
         control.accept(to, change)
-        at, last = to, _idle(found)
+        at, last = to, idle(found)
         yield at, last, replace(report, iterations=work.clock.iterations - spent)
         spent = work.clock.iterations
 
@@ -136,7 +136,7 @@ def _settled(model: Model) -> Rods:
     )
 
 
-def _idle(state: State) -> State:
+def idle(state: State) -> State:
     """Return a state from which a test may begin: it remembers its contacts, but no work and no motion."""
     return replace(
         state,

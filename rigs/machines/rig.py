@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitlab_core.equilibrium.cell_relaxation import relax_cell
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS
@@ -198,12 +199,16 @@ def mount(
         release(specimen, model, grips)
     work = Workspace(model)
     if relaxed and spec.rest_shape == "straight":
-        *_, (_, state, _) = knit_in(work, state)
+        if spec.grows_to is None:
+            *_, (_, state, _) = knit_in(work, state)
+        else:
+            state, _ = relax_cell(model, state)
+    size = size_of(
+        specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
+    )
     rig = Rig(
         specimen=specimen,
-        size=size_of(
-            specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
-        ),
+        size=as_mounted(size, specimen, model.scales.length * state.q),
         grips=grips,
         work=work,
         mounted=state.q.copy(),
@@ -213,6 +218,14 @@ def mount(
         trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
+
+
+def as_mounted(size: SpecimenSize, specimen: Specimen, mounted: FloatArray) -> SpecimenSize:
+    """Return the size of a specimen whose unknowns as mounted are (N, 4) [m]: a cell may have relaxed to another."""
+    if specimen.cell is None:
+        return size
+    course, wale = float(mounted[-2, 0]), float(mounted[-1, 1])
+    return replace(size, extents={**size.extents, "C": course, "W": wale})
 
 
 def _rubs(

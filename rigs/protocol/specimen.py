@@ -195,10 +195,18 @@ class SpecimenSpec:
         return self.substance if isinstance(self.substance, MeasuredYarn) else None
 
     @property
+    def grows_to(self) -> float | None:
+        """Return the contact radius to which the yarn of a cell grows as it is relaxed [m]; None where it does not."""
+        measured = self.measured
+        return (
+            measured.radius.value if measured is not None and self.periodic and self.rest_shape == "straight" else None
+        )
+
+    @property
     def laid(self) -> Yarn | None:
         """Return the yarn that the knit is made of [loop widths]; None for a fibre of the fabric's own radius."""
         measured = self.measured
-        if measured is None or self.fabric.straight:
+        if measured is None or self.fabric.straight or self.grows_to is not None:
             return self.yarn
         return Yarn(fibre_radius=measured.radius.value / self.loop_width)
 
@@ -225,7 +233,15 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.laid, periodic=spec.periodic)
+    made = _made(
+        spec.fabric,
+        counts,
+        spec.nodes_per_loop,
+        spec.loop_width,
+        spec.laid,
+        periodic=spec.periodic,
+        grows_to=spec.grows_to,
+    )
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
 
@@ -239,12 +255,21 @@ def _made(
     yarn: Yarn | None,
     *,
     periodic: bool,
+    grows_to: float | None,
 ) -> Specimen:
     """Make a specimen of so many rows, loops and layers, with loops of a width [m]."""
     rows, loops, layers = counts
     if periodic:
         knit = cast("PlanarFabric", fabric)
-        return knit_cell(knit, rows=rows, loops=loops, loop_width=loop_width, nodes_per_loop=nodes_per_loop, yarn=yarn)
+        return knit_cell(
+            knit,
+            rows=rows,
+            loops=loops,
+            loop_width=loop_width,
+            nodes_per_loop=nodes_per_loop,
+            yarn=yarn,
+            contact_radius=grows_to,
+        )
     return knit_specimen(
         fabric,
         rows=rows,
