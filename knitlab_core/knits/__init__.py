@@ -3,7 +3,7 @@
 fabric      protocol of a fabric, which all knits implement
 registry    fabrics that have a name
 stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
-garter, rib  ... with purl rows or wales
+garter, rib, seed  ... with purl rows, wales, or loops in turn
 volumetric_stitch  the knit of many layers (volumetric_shape, volumetric_row, volumetric)
 own_centreline  a user's own yarn, through points (curve)
 filament    no knit: a straight fibre to prove a rig with

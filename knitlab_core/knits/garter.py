@@ -30,11 +30,11 @@ class PurlRow:
 
     Parameters
     ----------
-    knit_row : Row
+    knit_row : PlanarRow
         The row as it is from the front.
     """
 
-    knit_row: Row
+    knit_row: PlanarRow
 
     @property
     def length(self) -> float:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.garter import NAMED_GARTERS
 from knitlab_core.knits.rib import NAMED_RIBS
+from knitlab_core.knits.seed import NAMED_SEEDS
 from knitlab_core.knits.stitch import NAMED_STITCHES
 from knitlab_core.knits.volumetric_stitch import NAMED_VOLUMETRIC_STITCHES
 from knitlab_core.registries import register_part
@@ -23,6 +24,7 @@ _FABRICS: Final[dict[str, Fabric]] = {
     **NAMED_VOLUMETRIC_STITCHES,
     **NAMED_RIBS,
     **NAMED_GARTERS,
+    **NAMED_SEEDS,
 }
 
 

@@ -133,7 +133,7 @@ class RibRow:
         return _Spot(
             t=_head(half) + np.where(rising, -from_head, from_head),
             edge=edge,
-            front=np.where(last, _front(self.loops - 1), 1.0),
+            front=np.where(last, front(self.loops - 1), 1.0),
         )
 
     def _derivatives(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +151,7 @@ def _head(half: FloatArray) -> FloatArray:
     return head
 
 
-def _front(loop: int) -> float:
+def front(loop: int) -> float:
     """Return 1 for a knit wale, -1 for a purl one."""
     return -1.0 if loop % 2 else 1.0
 
@@ -188,7 +188,7 @@ class Rib(Stitch):
         side = -1 if number % 2 else 1
         x, y = loops - 0.5 if side > 0 else -0.5, (number + 0.5) * self.row_spacing - self.height
         return Turn(
-            centre=(x, y, self.depth * (_front(loops - 1) if side > 0 else 1.0)),
+            centre=(x, y, self.depth * (front(loops - 1) if side > 0 else 1.0)),
             radius=0.5 * self.row_spacing,
             side=side,
             across=(0.0, 1.0, 0.0),

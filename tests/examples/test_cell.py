@@ -85,7 +85,13 @@ def test_what_only_a_specimen_with_edges_has_is_refused(old: str, new: str, said
 
 
 @pytest.mark.parametrize(
-    ("knit", "loops", "said"), [("rib-1x1", "[2, 3]", "3 in a row"), ("garter", "[3, 2]", "after which")]
+    ("knit", "loops", "said"),
+    [
+        ("rib-1x1", "[2, 3]", "3 in a row"),
+        ("garter", "[3, 2]", "after which"),
+        ("seed", "[2, 1]", "1 in a row"),
+        ("seed", "[3, 2]", "after which"),
+    ],
 )
 def test_a_cell_holds_whole_repeats(knit: str, loops: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "cell.yaml"
@@ -94,7 +100,7 @@ def test_a_cell_holds_whole_repeats(knit: str, loops: str, said: str, tmp_path: 
         run_protocol(path, tmp_path / "out")
 
 
-@pytest.mark.parametrize("knit", ["rib-1x1", "garter"])
+@pytest.mark.parametrize("knit", ["rib-1x1", "garter", "seed"])
 def test_other_stitches_make_cells(knit: str) -> None:
 
     spec = replace(load(EXAMPLE).protocol.specimen, knit=knit, nodes_per_loop=16)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 STEPS = (Zero(), Cycle(axes=("C", "W"), lower=0.0, upper=0.05, rate=2e-4, n=1))
 
 
-@pytest.mark.parametrize("name", ["rib-1x1", "garter"])
+@pytest.mark.parametrize("name", ["rib-1x1", "garter", "seed"])
 def test_a_pull_along_both_axes_converges_and_lets_no_loop_go(
     mount_knit: Callable[..., tuple[Rig, State, Protocol]], name: str
 ) -> None:

@@ -1,4 +1,4 @@
-"""Rib 1x1 and garter: one C1 yarn each, whose loops hold each other from the right side."""
+"""Rib 1x1, garter and seed: one C1 yarn each, whose loops hold each other from the right side."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from knitlab_core.errors import GeometryError
 from knitlab_core.knits import NAMED_STITCHES, Counts, Stitch, clasp_numbers, fabric_named, knit_specimen, planar_line
 from knitlab_core.knits.garter import NAMED_GARTERS
 from knitlab_core.knits.rib import NAMED_RIBS
+from knitlab_core.knits.seed import NAMED_SEEDS
 
-RIB, GARTER = NAMED_RIBS["rib-1x1"], NAMED_GARTERS["garter"]
-BOTH = pytest.mark.parametrize("stitch", [RIB, GARTER], ids=["rib", "garter"])
+RIB, GARTER, SEED = NAMED_RIBS["rib-1x1"], NAMED_GARTERS["garter"], NAMED_SEEDS["seed"]
+NAMES = ["rib", "garter", "seed"]
+ALL = pytest.mark.parametrize("stitch", [RIB, GARTER, SEED], ids=NAMES)
 SIZES = pytest.mark.parametrize(("rows", "loops"), [(1, 1), (2, 1), (2, 3), (3, 4)])
 
 
-@BOTH
+@ALL
 @SIZES
 def test_the_yarn_is_c1_and_by_its_arc_length(stitch: Stitch, rows: int, loops: int) -> None:
     yarn = planar_line(stitch, rows=rows, loops=loops)
@@ -32,14 +34,14 @@ def test_the_yarn_is_c1_and_by_its_arc_length(stitch: Stitch, rows: int, loops: 
     s = np.linspace(step, yarn.length - step, 1501)
     moved = (yarn.position(s + step) - yarn.position(s - step)) / (2.0 * step)
     turned = (yarn.tangent(s + step) - yarn.tangent(s - step)) / (2.0 * step)
-    # Curvature jumps where pieces join, and in rib at the first and last head.
+    # Curvature jumps where pieces join, and in rib and seed at the first and last head.
     smooth = np.linalg.norm(turned - yarn.curvature(s), axis=-1) < 1e-4
     assert np.count_nonzero(~smooth) <= 4 * rows
     np.testing.assert_allclose(moved[smooth], yarn.tangent(s)[smooth], atol=1e-8)
     np.testing.assert_allclose(np.linalg.norm(yarn.tangent(s), axis=-1), 1.0, rtol=1e-12)
 
 
-@BOTH
+@ALL
 def test_rows_give_back_the_parameter_s_place(stitch: Stitch) -> None:
     t = np.linspace(-np.pi, 5.0 * np.pi, 301)
     for number in (0, 1):
@@ -59,6 +61,16 @@ def test_wales_of_a_rib_and_rows_of_garter_are_mirrored() -> None:
     np.testing.assert_allclose(rows[1], lifted, atol=1e-12)
 
 
+def test_rows_and_wales_of_seed_are_mirrored() -> None:
+    t = np.linspace(-0.9 * np.pi, 0.9 * np.pi, 101)
+    even, odd = SEED.row(0, 4), SEED.row(1, 4)
+    first = even.position(even.arc_length(t + 2.0 * np.pi)) * [1.0, 1.0, -1.0]
+    beside = even.position(even.arc_length(t + 4.0 * np.pi))
+    np.testing.assert_allclose(beside, first + [1.0, 0.0, 0.0], atol=1e-12)
+    above = odd.position(odd.arc_length(t + 2.0 * np.pi))
+    np.testing.assert_allclose(above, first + [0.0, SEED.row_spacing, 0.0], atol=1e-12)
+
+
 @pytest.mark.parametrize("loops", [1, 2, 4])
 def test_loops_of_a_rib_are_held_from_front_and_back_in_turn(loops: int) -> None:
     numbers = clasp_numbers(knit := knit_specimen(RIB, rows=3, loops=loops, loop_width=1.0), knit.nodes)
@@ -73,13 +85,21 @@ def test_rows_of_garter_are_held_from_front_and_back_in_turn() -> None:
     assert np.array_equal(numbers[:, 0], numbers[:, 1])
 
 
-@BOTH
+@pytest.mark.parametrize("loops", [1, 2, 3])
+def test_loops_of_seed_are_held_from_front_and_back_in_turn_both_ways(loops: int) -> None:
+    numbers = clasp_numbers(knit := knit_specimen(SEED, rows=4, loops=loops, loop_width=1.0), knit.nodes)
+    sides = [[(-1) ** (row + loop) for loop in range(loops)] for row in range(3)]
+    assert numbers[..., 0].tolist() == sides
+    assert np.array_equal(numbers[..., 1], -numbers[..., 0])
+
+
+@ALL
 def test_rows_too_far_apart_do_not_hold_each_other(stitch: Stitch) -> None:
     with pytest.raises(GeometryError, match="rows that do not hold each other"):
         knit_specimen(replace(stitch, row_spacing=2.2 * stitch.height), rows=2, loops=2, loop_width=1.0)
 
 
-@pytest.mark.parametrize(("stitch", "least"), [(RIB, 0.05), (GARTER, 0.12)], ids=["rib", "garter"])
+@pytest.mark.parametrize(("stitch", "least"), [(RIB, 0.05), (GARTER, 0.12), (SEED, 0.07)], ids=NAMES)
 def test_strands_of_the_defaults_are_clear_of_each_other(stitch: Stitch, least: float) -> None:
     knit = knit_specimen(stitch, rows=3, loops=3, loop_width=1.0)
     assert knit.clearance > least
@@ -91,13 +111,13 @@ def test_strands_of_the_defaults_are_clear_of_each_other(stitch: Stitch, least: 
     assert knit.clearance + 2.0 * stitch.fibre_radius == pytest.approx(apart[far_along].min(), abs=spacing)
 
 
-@BOTH
-def test_strands_that_overlap_are_named(stitch: Stitch) -> None:
+@pytest.mark.parametrize(("stitch", "radius"), [(RIB, 0.125), (GARTER, 0.125), (SEED, 0.095)], ids=NAMES)
+def test_strands_that_overlap_are_named(stitch: Stitch, radius: float) -> None:
     with pytest.raises(GeometryError, match=r"strands .* mm apart at row \d, loop \d .* and row \d, loop \d"):
-        knit_specimen(replace(stitch, fibre_radius=0.125), rows=2, loops=2, loop_width=8e-3)
+        knit_specimen(replace(stitch, fibre_radius=radius), rows=2, loops=2, loop_width=8e-3)
 
 
-@pytest.mark.parametrize(("stitch", "wave"), [(RIB, 2.5), (GARTER, 3.0)], ids=["rib", "garter"])
+@pytest.mark.parametrize(("stitch", "wave"), [(RIB, 2.5), (GARTER, 3.0), (SEED, 3.5)], ids=NAMES)
 def test_the_locking_strain_is_that_of_the_yarn_of_a_loop(stitch: Stitch, wave: float) -> None:
     a, h, d, w, r = (getattr(stitch, name) for name in ("curvature", "height", "depth", "row_spacing", "fibre_radius"))
 
@@ -119,3 +139,4 @@ def test_the_locking_strain_is_that_of_the_yarn_of_a_loop(stitch: Stitch, wave: 
 def test_they_have_names() -> None:
     assert fabric_named("rib-1x1") == RIB
     assert fabric_named("garter") == GARTER
+    assert fabric_named("seed") == SEED
