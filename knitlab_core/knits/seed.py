@@ -1,7 +1,7 @@
 """Seed, knit and purl in turn along the row and from row to row: each loop is on the other side than its neighbours.
 
 A loop is held from the one side and holds from the other, as in garter, and its neighbours in the row are its mirror
-image, as in rib: between foot and head the yarn changes sides once more than in garter's half way through the sinker,
+image, as in rib: the yarn changes sides as often as garter's between foot and head and once more in every sinker,
 ``z = d cos(7t/2)``. The next row is that row mirrored. Rows begin and end with half a loop of garter.
 """
 
@@ -12,18 +12,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from knitlab_core.knits.garter import Garter, PurlRow
-from knitlab_core.knits.pieces import Turn
 from knitlab_core.knits.rib import Rib, RibRow, front
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from knitlab_core.knits.pieces import Turn
     from knitlab_core.knits.planar import PlanarRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seed(Rib):
-    """Knit seed: even rows begin with a knit loop, odd rows with a purl one. A `Fabric` with the numbers of `LoopShape`."""
+    """Knit seed: even rows begin with a knit loop, odd ones with a purl. A `Fabric` with the numbers of `LoopShape`."""
 
     wave: ClassVar[float] = 3.5
 

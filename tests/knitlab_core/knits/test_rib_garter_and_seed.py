@@ -66,9 +66,9 @@ def test_rows_and_wales_of_seed_are_mirrored() -> None:
     even, odd = SEED.row(0, 4), SEED.row(1, 4)
     first = even.position(even.arc_length(t + 2.0 * np.pi)) * [1.0, 1.0, -1.0]
     beside = even.position(even.arc_length(t + 4.0 * np.pi))
-    np.testing.assert_allclose(beside, first + [1.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(beside, first + np.array([1.0, 0.0, 0.0]), atol=1e-12)
     above = odd.position(odd.arc_length(t + 2.0 * np.pi))
-    np.testing.assert_allclose(above, first + [0.0, SEED.row_spacing, 0.0], atol=1e-12)
+    np.testing.assert_allclose(above, first + np.array([0.0, SEED.row_spacing, 0.0]), atol=1e-12)
 
 
 @pytest.mark.parametrize("loops", [1, 2, 4])
