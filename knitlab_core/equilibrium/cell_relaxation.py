@@ -20,8 +20,8 @@ from knitlab_core.equilibrium.snap_through import THICK, come_to_rest
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 
-LAID = 0.6
-"""Size of the contact law as laid in, in its own: cores are then smaller than the gaps of a knit drawn for the yarn."""
+LAID, CLEAR = 0.6, 0.8
+"""Largest size of the contact law as laid in, in its own, and of its core in the least distance of two strands there."""
 
 STIFF = 30.0
 """Force of the contact law until it has its own size, in its own force."""
@@ -71,11 +71,12 @@ def relax_cell(model: Model, state: State, *, options: Options = PATIENT) -> tup
     """
     # Whichever lengths a test drives, the fabric at rest is the same.
     held = replace(model, fixed=_with_lengths(model, prescribed=True))
-    work = Workspace(_with_law(held, LAID, STIFF))
+    core = model.law.distance - model.law.overlap_limit
+    size = min(LAID, CLEAR * least_distance(state.q, model.samples, model.law) / core)
+    work = Workspace(_with_law(held, size, STIFF))
     *_, (_, state, _) = knit_in(work, state)
     loose = replace(model, fixed=_with_lengths(model, prescribed=False))
-    stage = _settled(loose, _Stage(state, LAID, STIFF, work.clock.iterations), options)
-    core = model.law.distance - model.law.overlap_limit
+    stage = _settled(loose, _Stage(state, size, STIFF, work.clock.iterations), options)
     for _ in range(MOST_STAGES):
         if stage.size < 1.0:
             law = sized(model.law, stage.size, stage.force)
