@@ -21,7 +21,7 @@ from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.errors import ConvergenceError
 
 LAID, CLEAR = 0.6, 0.8
-"""Largest size of the contact law as laid in, in its own, and of its core in the least distance of two strands there."""
+"""Largest size of the contact law as laid in, in its own, and of cores in the least distance of two strands there."""
 
 STIFF = 30.0
 """Force of the contact law until it has its own size, in its own force."""
