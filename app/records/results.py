@@ -11,7 +11,8 @@ from knitlab_core.equilibrium.stopwatch import Cost
 from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures, stress_strain
 from rigs.analysis.material_limits import crossings, limits_of
-from rigs.instruments.zeros import Zeroing, gauge_lengths_taken, size_in_time, zeroed
+from rigs.axes import AXES
+from rigs.instruments.zeros import Zeroing, gauge_lengths_taken, pin_strain, size_in_time, zeroed
 from rigs.jumps import parted
 from rigs.protocol.unrolled import unrolled
 
@@ -77,6 +78,7 @@ def run_figures(
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
+        *_pins(trace, zeroings),
         *_clasps(trace),
         *_yielding(trace, protocol),
     ]
@@ -208,6 +210,17 @@ def _soundness(trace: Trace) -> Iterator[Figure]:
         yield "fused points broken", float(trace.columns["bonds_broken"][-1]), "1"
     yield "largest strain of a fibre", float(trace.columns["fibre_strain"].max()), "1"
     yield "worst residual", float(trace.columns["residual"].max()), "1"
+
+
+def _pins(trace: Trace, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
+    """Yield what an extensometer read: the distance of its pins at the start, and the range of strain between them."""
+    for axis in AXES:
+        distance = trace.columns.get(f"pin_distance_{axis}")
+        if distance is not None:
+            strain = pin_strain(distance, trace.columns["time"], zeroings)
+            yield f"distance of pins {axis}, as mounted", float(distance[0]), "m"
+            yield f"strain between pins {axis}, largest", float(strain.max()), "1"
+            yield f"strain between pins {axis}, smallest", float(strain.min()), "1"
 
 
 def _clasps(trace: Trace) -> Iterator[Figure]:

@@ -22,7 +22,8 @@ from app.runs.provenance import provenance
 from app.runs.publishing import publish, result_of
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import clasp_nodes
+from knitlab_core.knits import clasp_nodes, clasps_hold
+from rigs.analysis.clasps import lost_as_mounted
 from rigs.analysis.material_limits import limits_of, unused_yield
 from rigs.control.checkpoint import restore
 from rigs.control.experiment import perform
@@ -125,7 +126,7 @@ def mount_specimen(loaded: Loaded) -> tuple[Rig, State]:
 
 def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     """Run a test from its start and write its record, ``run.h5``."""
-    protocol = task.loaded.protocol
+    protocol, clasps = task.loaded.protocol, clasp_nodes(rig.specimen)
     make_record(
         task.record,
         protocol=task.loaded.text,
@@ -142,8 +143,11 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         plates=_plates(rig),
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
-        clasps=clasp_nodes(rig.specimen),
+        clasps=clasps,
         cell=() if rig.specimen.cell is None else ("C", "W"),
+        fixtures=rig.fixture_forces,
+        pins=rig.pins,
+        let_go=lost_as_mounted(*(clasps_hold(x, clasps) for x in (rig.specimen.nodes, state.q[:, :3]))),
     )
     # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)

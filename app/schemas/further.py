@@ -24,7 +24,15 @@ _LEFT_OUT: Final = frozenset({"materials", "sweep"})
 
 #: Fields whose values only the rig, the knit and the material decide.
 _BY_RIG: Final = ("mount", "others", "specimen.knit", "log.clock_offset", "log.clock_skew")
-_BY_KNIT: Final = ("mount", "specimen.knit", "specimen.loops", "specimen.hook", "specimen.yarn", "specimen.fused")
+_BY_KNIT: Final = (
+    "mount",
+    "specimen.knit",
+    "specimen.loops",
+    "specimen.grips",
+    "specimen.hook",
+    "specimen.yarn",
+    "specimen.fused",
+)
 BY_MATERIAL: Final = ("specimen.material", "specimen.viscoelastic", "specimen.yield", "specimen.rupture")
 
 

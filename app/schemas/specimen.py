@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
-from rigs.protocol.catalogue import Hook
+from rigs.protocol.catalogue import Grips, Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
@@ -122,6 +122,7 @@ class SpecimenModel(Model):
     loop: Length = Field(description=allowed("length"))
     material: Label = Field(description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
+    grips: Grips = Field(default="hooks", description="hooks, or clamps that hold the edge stitches as a whole")
     hook: Hook = Field(default="pin", description="pin or wire")
     pole_friction: float | None = Field(
         default=None, description="a coefficient of friction between hooks and their poles, such as 0.05"

@@ -7,19 +7,31 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 
-from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, is_planar, knit_cell, knit_specimen, plate_nodes
+from knitlab_core.knits import (
+    Counts,
+    Fabric,
+    Specimen,
+    Yarn,
+    clamp_nodes,
+    fabric_named,
+    is_planar,
+    knit_cell,
+    knit_specimen,
+    plate_nodes,
+)
 from knitlab_core.materials import DEFAULT_FRICTION, Material, material_named
 from rigs.axes import COORDINATE, SITES
 from rigs.protocol.bounds import require, require_all
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Mapping
 
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.knits import SiteSet
     from knitlab_core.knits.cell import PlanarFabric
     from rigs.axes import Axis, FloatArray
+    from rigs.protocol.catalogue import Fixture
 
 MAX_STITCHES: Final = 10_000
 
@@ -146,6 +158,11 @@ class SpecimenSpec:
         return fabric_named(self.knit) if isinstance(self.knit, str) else self.knit
 
     @property
+    def counts(self) -> Counts:
+        """Return how often the fabric repeats in it."""
+        return Counts(self.rows, self.loops, self.layers)
+
+    @property
     def substance(self) -> Material:
         """Return the material, by name or by value."""
         return self.material if isinstance(self.material, Material) else material_named(self.material, "material")
@@ -203,12 +220,12 @@ def _made(
     )
 
 
-def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axis, float]:
+def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = None) -> dict[Axis, float]:
     """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
 
     A site is a place on the printed yarn. The node that represents it is beside the yarn, at a distance that
-    grows with the size of the mesh. Along an axis whose faces are printed into plates it is the gap between these.
-    Those of a periodic cell are what it repeats after.
+    grows with the size of the mesh. Along an axis whose fixtures are plates or clamps it is the gap between these; an
+    axis that is not named has none, or hooks. Those of a periodic cell are what it repeats after.
     """
     if specimen.cell is not None:
         course, wale = specimen.cell.vectors
@@ -224,12 +241,20 @@ def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axi
         for axis, (near, far) in SITES.items()
         if near in at
     }
-    return {**hooked, **{axis: plate_nodes(specimen).gap for axis in plated}}
+    held = fixtures or {}
+    return {**hooked, **{axis: _gap(specimen, axis, held) for axis, fixture in held.items() if fixture != "hooks"}}
 
 
-def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
+def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> float:
+    """Return the distance between the plates or the clamps of an axis [m]."""
+    if fixtures[axis] == "plates":
+        return plate_nodes(specimen).gap
+    return clamp_nodes(specimen, axis, fixtures).gap
+
+
+def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fixture] | None = None) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
-    lengths = gauge_lengths(specimen, plated)
+    lengths = gauge_lengths(specimen, fixtures)
     if specimen.fabric.straight:
         # Its section is round: two sides of a square of the same area represent it.
         side = math.sqrt(math.pi) * specimen.fabric.fibre_radius * specimen.loop_width

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
@@ -75,7 +76,8 @@ class Preload(StepDefaults):
     """Load the axes until the load cell of each shows `force` [N].
 
     Driven at a speed or strain rate an axis that has met the force stops and stays while the others go on; with
-    ``control='force'`` all forces rise together at a force rate and are all held.
+    ``control='force'`` all forces go there together at a force rate, from whichever side, and are all held. So may a
+    specimen that pushes or pulls as mounted be let to zero force.
     """
 
     axes: tuple[Axis, ...]
@@ -92,11 +94,22 @@ class Preload(StepDefaults):
         force = f"{self.force:g} N"
         require_all(
             lambda: require_axes(self.axes),
-            lambda: require(0.0 < self.force <= 1e4, "force", force, "a force above 0 and up to 10 kN"),
+            lambda: require(self._least <= self.force <= 1e4, "force", force, self._allowed),
             lambda: require_rate(self.rate, self.control or "displacement"),
             lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
+
+    @property
+    def _least(self) -> float:
+        """Return the smallest force that can be met [N]: an axis that is driven outwards does not pass zero."""
+        return 0.0 if self.control == "force" else math.ulp(0.0)
+
+    @property
+    def _allowed(self) -> str:
+        """Return in words what force can be met."""
+        above = "a force from 0" if self.control == "force" else "a force above 0 (from 0 with control: force)"
+        return f"{above} and up to 10 kN"
 
     def stroke(self, index: int, situation: Situation) -> Stroke | None:  # noqa: ARG002 (there is one)
         """Return the stroke until the force is met, or the axes have gone as far as `PRELOAD_REACH`."""

@@ -221,6 +221,35 @@ BAD = [
     ),
     Bad("friction: 0.3", "pole_friction: 3", 8, 18, "specimen.pole_friction: found 3.0, allowed a coefficient from 0"),
     Bad("friction: 0.3", "pole_friction: some", 8, 18, "specimen.pole_friction: found 'some', allowed a coefficient"),
+    Bad("friction: 0.3", "grips: clam", 8, 10, "specimen.grips: found 'clam', allowed hooks or clamps (did you mean"),
+    Bad("friction: 0.3", "grips: clamps\n  hook: wire", 9, 9, "specimen.hook: found wire, allowed pin: clamps have no"),
+    Bad(
+        "friction: 0.3", "grips: clamps\n  pole_friction: 0.1", 9, 18, "pole_friction: found 0.1, allowed none: clamps"
+    ),
+    Bad(
+        "speed_ref:", "extensometer: maybe\nspeed_ref:", 9, 15, "extensometer: found 'maybe', allowed on, off, or a map"
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {cours: [0, 1]}\nspeed_ref:",
+        9,
+        16,
+        "extensometer.cours: found an unknown field, a",
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {course: [0, 6]}\nspeed_ref:",
+        9,
+        24,
+        "allowed two of the 5 stitches of a row, counted",
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {pile: [0, 1]}\nspeed_ref:",
+        9,
+        22,
+        "extensometer.pile: found a list, allowed two of",
+    ),
     # Rigs
     Bad("rig: ", "mount: C\nrig: ", 2, 8, "mount: found C, allowed no mount: biaxial-hook drives C and W"),
     Bad("rig: biaxial-hook", "rig: uniaxial-frame", 1, 1, "mount: found nothing, allowed C or W: the axis along the"),

@@ -1,0 +1,36 @@
+"""Pins of an extensometer in a mounted specimen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from knitlab_core.knits import pin_spots
+from rigs.axes import COORDINATE
+
+if TYPE_CHECKING:
+    from knitlab_core.knits import PinSpots, Specimen
+    from rigs.axes import Axis, FloatArray
+    from rigs.protocol.extensometer import Extensometer
+
+
+def pins_on(specimen: Specimen, extensometer: Extensometer | None) -> dict[Axis, PinSpots]:
+    """Return both pins along each axis that an extensometer measures; none without one."""
+    if extensometer is None:
+        return {}
+    return {axis: pin_spots(specimen, pair) for axis, pair in extensometer.pins(specimen.counts).items()}
+
+
+def distance(pins: PinSpots, axis: Axis, q: FloatArray) -> float:
+    """Return how far two pins are apart along their axis: what a camera sees that looks across it.
+
+    Parameters
+    ----------
+    pins : PinSpots
+        The two pins.
+    axis : Axis
+        Their axis.
+    q : FloatArray, shape (N, 3) or (N, 4)
+        Positions of the nodes in its first three columns, in any unit of length.
+    """
+    first, last = pins.places(q[:, :3])[:, COORDINATE[axis]]
+    return float(last - first)
