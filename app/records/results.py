@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -17,7 +18,7 @@ from rigs.jumps import parted
 from rigs.protocol.unrolled import unrolled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from app.records.reader import RunReader
     from rigs.analysis.cycles import CycleFigures
@@ -31,6 +32,9 @@ Figure: TypeAlias = tuple[str, float, str]
 
 WALL_TIME: Final = "wall time"
 NOTHING: Final = Cost()
+PITCH: Final = "relaxed_pitch_"
+"""What the attributes of a record begin with that hold the pitch of relaxed stitches; the axis follows."""
+NO_PITCH: Final[Mapping[Axis, float]] = MappingProxyType({})
 STORED = ("elastic_stretch", "elastic_bend", "elastic_twist", "contact_energy", "bond_energy")
 LOST = ("friction_work", "viscous_work", "plastic_work", "fracture_work", "snap_work", "bond_released")
 
@@ -43,6 +47,7 @@ def run_figures(
     *,
     protocol: Protocol | None = None,
     unfinished: Cost = NOTHING,
+    pitch: Mapping[Axis, float] = NO_PITCH,
 ) -> tuple[Figure, ...]:
     """Return the figures of a run: stresses and loops of every cycle, cost, energy balance.
 
@@ -63,6 +68,8 @@ def run_figures(
         The test.
     unfinished : Cost, optional
         What was spent on searches after the last row.
+    pitch : Mapping, optional
+        Pitch of the stitches of a yarn that relaxed into them before the test [m].
 
     Returns
     -------
@@ -78,6 +85,7 @@ def run_figures(
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
+        *((f"stitch pitch {axis}, relaxed", length, "m") for axis, length in pitch.items()),
         *_pins(trace, zeroings),
         *_clasps(trace),
         *_yielding(trace, protocol),
@@ -135,7 +143,14 @@ def figures_of(run: RunReader) -> tuple[Figure, ...]:
         float("nan"),
         protocol=run.test,
         unfinished=run.outcome.unfinished,
+        pitch=pitch_of(run),
     )
+
+
+def pitch_of(run: RunReader) -> dict[Axis, float]:
+    """Return the pitch of the stitches of a yarn that relaxed into them before the test [m]; empty of a printed one."""
+    found = {axis: run.provenance.get(f"{PITCH}{axis}") for axis in AXES}
+    return {axis: float(pitch) for axis, pitch in found.items() if pitch is not None}
 
 
 def _zeros(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:

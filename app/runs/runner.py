@@ -13,7 +13,7 @@ from app.records.checkpoint import CHECKPOINT, Keeper, Origin
 from app.records.folder import RECORD
 from app.records.layout import make_record
 from app.records.reader import RunReader
-from app.records.results import run_figures, with_wall_time
+from app.records.results import PITCH, pitch_of, run_figures, with_wall_time
 from app.records.seal import seal, sealed_size
 from app.records.writer import RunWriter
 from app.runs.interrupts import interrupts_held
@@ -137,6 +137,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         provenance={
             **task.origin.facts,
             "defaults": shown_defaults(task.loaded.defaults),
+            **{f"{PITCH}{axis}": pitch for axis, pitch in rig.relaxed_pitch.items()},
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
         },
         materials=task.loaded.materials,
@@ -194,6 +195,7 @@ def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: 
             saved.seconds,
             protocol=record.test,
             unfinished=record.outcome.unfinished,
+            pitch=pitch_of(record),
         )
         publish(record, saved.origin.name, progress, draw=draw)
         record.path.with_name(CHECKPOINT).unlink()
@@ -233,7 +235,13 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
                 journal.writer.write_samples(samples)
         wall_time = perf_counter() - task.began
         figures = run_figures(
-            trace, rig.size, journal.zeroings, wall_time, protocol=protocol, unfinished=outcome.unfinished
+            trace,
+            rig.size,
+            journal.zeroings,
+            wall_time,
+            protocol=protocol,
+            unfinished=outcome.unfinished,
+            pitch=rig.relaxed_pitch,
         )
     journal.writer.finish(outcome)
     return outcome, figures

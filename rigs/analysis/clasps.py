@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from knitlab_core.knits import clasp_place
+from knitlab_core.knits import clasp_place, parted_at
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -113,6 +113,20 @@ def lost_as_mounted(laid: Holding, mounted: Holding) -> tuple[ClaspLoss, ...]:
                 )
             )
     return tuple(found)
+
+
+def unravelled(laid: Holding, now: Holding) -> str:
+    """Return as a message which neighbouring rows or layers no clasp holds together any more; empty if all are held.
+
+    Parameters
+    ----------
+    laid, now : Mapping of str to array
+        Which clasps are found to hold as laid in and now. A mesh so coarse that some are missed as laid in says
+        nothing.
+    """
+    where = parted_at(now) if all(held.all() for held in laid.values()) else ""
+    left = ", ".join(f"{held.sum()} of {held.size} clasps between {joined}" for joined, held in now.items())
+    return where and f"the knit unravelled: nothing holds {where} together; {left} hold"
 
 
 @dataclass(slots=True, kw_only=True)

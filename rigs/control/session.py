@@ -7,7 +7,8 @@ from math import floor
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from knitlab_core.equilibrium.stopwatch import Cost
-from knitlab_core.knits import clasp_nodes, clasps_held, clasps_hold, parted_at
+from knitlab_core.knits import clasp_nodes, clasps_held, clasps_hold
+from rigs.analysis.clasps import unravelled
 from rigs.control.checkpoint import checkpoint_of
 from rigs.control.path import AxisPath, follow, with_jumps
 from rigs.control.resume_point import END, START
@@ -281,17 +282,9 @@ class Session:
         return None
 
     def parted(self) -> str:
-        """Return which rows or layers no clasp holds together any more, as a message; empty if all are held.
-
-        A mesh so coarse that clasps are missed in the knit as it was laid in says nothing.
-        """
-        laid = clasps_hold(self.rig.specimen.nodes, self.clasps)
-        if not all(held.all() for held in laid.values()):
-            return ""
-        hold = clasps_hold(self.state.q[:, :3], self.clasps)
-        where = parted_at(hold)
-        left = ", ".join(f"{held.sum()} of {held.size} clasps between {joined}" for joined, held in hold.items())
-        return where and f"the knit unravelled: nothing holds {where} together; {left} hold"
+        """Return as a message which rows or layers no clasp holds together any more; empty if all are held."""
+        laid, now = (clasps_hold(x, self.clasps) for x in (self.rig.specimen.nodes, self.state.q[:, :3]))
+        return unravelled(laid, now)
 
     def whereabouts(self) -> str:
         """Return the strains of the axes as text."""

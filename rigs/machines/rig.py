@@ -29,7 +29,7 @@ from rigs.machines.fixtures import (
 )
 from rigs.machines.load_train import load_train
 from rigs.machines.machine import instruments_on
-from rigs.machines.pins import distance, pins_on
+from rigs.machines.pins import distance, pins_on, stitch_pitch
 from rigs.machines.wires import hang_on_wires, sliding_hooks
 from rigs.protocol.specimen import size_of
 
@@ -74,6 +74,8 @@ class Rig:
         What lies between crosshead and fixture of each axis.
     pins : Mapping
         Both pins of the extensometer along each axis that it measures.
+    relaxed : bool
+        Whether the yarn is straight at rest, and relaxed into its loops before it was mounted.
     severed : tuple of int
         The edges of the yarn that broke, in order.
     """
@@ -87,6 +89,7 @@ class Rig:
     breaks_at: float | None
     trains: Mapping[Axis, LoadTrain]
     pins: Mapping[Axis, PinSpots] = field(default_factory=dict)
+    relaxed: bool = False
     severed: tuple[int, ...] = ()
 
     @property
@@ -99,6 +102,12 @@ class Rig:
         """Return the names of the forces that its clamps or plates are read by; none where hooks hold the specimen."""
         grips = (grip for pair in self.grips.values() for grip in pair)
         return [name for grip in grips if grip.rigid for name in rigid_names(grip.axis, grip.side)]
+
+    @property
+    def relaxed_pitch(self) -> dict[Axis, float]:
+        """Return the pitch of the stitches as mounted [m] of a yarn that relaxed into them; empty of a printed one."""
+        model = self.work.model
+        return stitch_pitch(self.specimen, self.mounted * model.scales.length) if self.relaxed else {}
 
     @property
     def strands(self) -> tuple[int, ...]:
@@ -204,6 +213,7 @@ def mount(
         instruments=instruments_on(protocol, data),
         breaks_at=spec.breaks_at,
         pins=pins_on(specimen, protocol.extensometer),
+        relaxed=spec.rest_shape == "straight",
         trains={axis: load_train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
@@ -76,8 +75,7 @@ class Preload(StepDefaults):
     """Load the axes until the load cell of each shows `force` [N].
 
     Driven at a speed or strain rate an axis that has met the force stops and stays while the others go on; with
-    ``control='force'`` all forces go there together at a force rate, from whichever side, and are all held. So may a
-    specimen that pushes or pulls as mounted be let to zero force.
+    ``control='force'`` all forces go there together at a force rate, from whichever side, and are all held.
     """
 
     axes: tuple[Axis, ...]
@@ -91,25 +89,17 @@ class Preload(StepDefaults):
     pulls: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        force = f"{self.force:g} N"
+        force, forced = f"{self.force:g} N", self.control == "force"
+        # An axis that is driven outwards does not pass zero force.
+        allowed = "a force from 0" if forced else "a force above 0 (from 0 with control: force)"
+        fine = 0.0 < self.force <= 1e4 or (forced and self.force == 0.0)
         require_all(
             lambda: require_axes(self.axes),
-            lambda: require(self._least <= self.force <= 1e4, "force", force, self._allowed),
+            lambda: require(fine, "force", force, f"{allowed} and up to 10 kN"),
             lambda: require_rate(self.rate, self.control or "displacement"),
             lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
         )
-
-    @property
-    def _least(self) -> float:
-        """Return the smallest force that can be met [N]: an axis that is driven outwards does not pass zero."""
-        return 0.0 if self.control == "force" else math.ulp(0.0)
-
-    @property
-    def _allowed(self) -> str:
-        """Return in words what force can be met."""
-        above = "a force from 0" if self.control == "force" else "a force above 0 (from 0 with control: force)"
-        return f"{above} and up to 10 kN"
 
     def stroke(self, index: int, situation: Situation) -> Stroke | None:  # noqa: ARG002 (there is one)
         """Return the stroke until the force is met, or the axes have gone as far as `PRELOAD_REACH`."""

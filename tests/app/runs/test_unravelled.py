@@ -8,6 +8,7 @@ import pytest
 
 from app.cli.exit_codes import NO_DATA, exit_code
 from app.records.reader import RunReader
+from app.records.results import pitch_of
 from app.runs.use_cases import run_protocol
 
 if TYPE_CHECKING:
@@ -52,3 +53,6 @@ def test_what_let_go_as_the_yarn_relaxed_is_named_with_its_place(loose: RunResul
     assert loss.places == "rows 0 and 1 at loop 0"
     assert str(loss).startswith("a clasp between rows let go as the yarn relaxed: rows 0 and 1 at loop 0")
     assert len(run.trace) == 1
+    # Loops that let go are no stitches of a pitch they were laid in at.
+    assert pitch_of(run).keys() == {"W"}
+    assert abs(pitch_of(run)["W"] / (0.86 * 8e-3) - 1.0) > 0.05

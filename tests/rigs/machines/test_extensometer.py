@@ -12,6 +12,7 @@ from knitlab_core.knits import Counts
 from rigs.instruments.channels import measure
 from rigs.instruments.zeros import Zeroing, pin_strain
 from rigs.machines.machine import instruments_on
+from rigs.machines.pins import stitch_pitch
 from rigs.machines.rig import read
 from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target, Zero
@@ -106,3 +107,17 @@ def test_no_zero_changes_what_pins_show_and_strain_counts_from_it() -> None:
     strain = pin_strain(trace.columns["pin_distance_W"], trace.columns["time"], [zeroing])
     assert strain[:2] == pytest.approx([0.0, 0.1])
     assert strain[2:4] == pytest.approx([0.0, 0.1 / 1.2])
+
+
+def test_the_pitch_of_stitches_is_what_they_were_laid_in_at_until_the_knit_is_stretched(
+    mount_knit: Callable[..., tuple[Rig, State, Protocol]],
+) -> None:
+    rig, state, _ = mount_knit(ramp("W"), rows=4, loops=3, nodes=16, mount_along="W")
+    assert rig.relaxed_pitch == {}
+    q = state.q * rig.work.model.scales.length
+    assert stitch_pitch(rig.specimen, q) == {
+        "C": pytest.approx(8e-3, rel=1e-3),
+        "W": pytest.approx(0.86 * 8e-3, rel=1e-3),
+    }
+    stretched = stitch_pitch(rig.specimen, q * [0.9, 1.2, 1.0, 1.0])
+    assert stretched == {"C": pytest.approx(0.9 * 8e-3, rel=1e-3), "W": pytest.approx(1.2 * 0.86 * 8e-3, rel=1e-3)}
