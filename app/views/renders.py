@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from app.views.cameras import View
     from app.views.tubes import Tube, Window
-    from knitlab_core.knits import SiteSet, Specimen
-    from rigs.axes import FloatArray, IntArray
+    from knitlab_core.knits import PinSpots, SiteSet, Specimen
+    from rigs.axes import Axis, FloatArray, IntArray
     from rigs.record import Frame
 
 AXIAL = "axial strain of the yarn [%]"
@@ -141,8 +141,13 @@ def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
     return nodes
 
 
-def specimen_picture(specimen: Specimen, path: Path, clamped: Mapping[SiteSet, IntArray] | None = None) -> Path:
-    """Draw a specimen as made, coloured by height, with its boundary sites, or with what clamps hold.
+def specimen_picture(
+    specimen: Specimen,
+    path: Path,
+    clamped: Mapping[SiteSet, IntArray] | None = None,
+    pins: Mapping[Axis, PinSpots] | None = None,
+) -> Path:
+    """Draw a specimen as made, coloured by height, with its boundary sites, or with what clamps hold, and with pins.
 
     Parameters
     ----------
@@ -152,6 +157,8 @@ def specimen_picture(specimen: Specimen, path: Path, clamped: Mapping[SiteSet, I
         Path of the PNG to write.
     clamped : Mapping, optional
         Nodes in the jaws of clamps by edge; they are marked in the place of the sites.
+    pins : Mapping, optional
+        Pins of an extensometer by axis.
 
     Returns
     -------
@@ -184,9 +191,12 @@ def specimen_picture(specimen: Specimen, path: Path, clamped: Mapping[SiteSet, I
             x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
             colour = SITE_COLOURS.get(name, "black")
             figure.axes[0].plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
+        for axis, spots in (pins or {}).items():
+            x, y, _ = 1e3 * view.seen(spots.places(specimen.nodes)).T
+            figure.axes[0].plot(x, y, "D:", ms=8, color="black", mfc="white", label=f"pins {axis}", zorder=4)
         if cell is not None:
             outline(figure.axes[0], middle, cell)
-        if marked:
+        if marked or pins:
             what = "held by clamps" if clamped else "boundary sites"
             figure.legend(loc="outside lower center", ncols=4, frameon=False, title=what)
 

@@ -25,6 +25,7 @@ from app.views.tables import materials_data, specimen_data
 from rigs.logs.catalogue import LOGS
 from rigs.machines.catalogue import MACHINES
 from rigs.machines.fixtures import clamped_nodes
+from rigs.machines.pins import pins_on
 from rigs.protocol.catalogue import CATALOGUE
 
 router = APIRouter(tags=["laboratory"])
@@ -120,4 +121,5 @@ def _drawn(loaded: Loaded, _: Bounds) -> bytes:
     with TemporaryDirectory() as folder:
         specimen = build_specimen(loaded)
         clamped = clamped_nodes(specimen, loaded.protocol.fixtures)
-        return specimen_picture(specimen, Path(folder) / "specimen.png", clamped).read_bytes()
+        pins = pins_on(specimen, loaded.protocol.extensometer)
+        return specimen_picture(specimen, Path(folder) / "specimen.png", clamped, pins).read_bytes()
