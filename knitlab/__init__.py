@@ -19,7 +19,8 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 '5 equilibria, to a strain of 0.050'
 
 protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
-           UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog
+           UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog,
+           Extensometer
 specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
     from knitlab_core.materials import Material, RelaxationTerm, Value
     from rigs.protocol.protocol import (
         Cycle,
+        Extensometer,
         ForceRate,
         Hold,
         Image,
@@ -102,6 +104,7 @@ __all__ = [
     "Client",
     "ConvergenceError",
     "Cycle",
+    "Extensometer",
     "Filament",
     "ForceRate",
     "FormatError",
@@ -161,6 +164,7 @@ _HOMES: Final = {
     "Client": "app.client:Client",
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
+    "Extensometer": "rigs.protocol.protocol:Extensometer",
     "Filament": "knitlab_core.knits:Filament",
     "ForceRate": "rigs.protocol.protocol:ForceRate",
     "FormatError": "knitlab_core.errors:FormatError",
