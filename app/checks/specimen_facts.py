@@ -84,7 +84,14 @@ def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
     )
-    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.yarn, periodic=spec.periodic)
+    return replace(
+        plain,
+        nodes_per_loop=spec.nodes_per_loop,
+        yarn=spec.yarn,
+        periodic=spec.periodic,
+        rest_shape="as-printed" if spec.laid_in is None else "straight",
+        laid_in=spec.laid_in,
+    )
 
 
 @lru_cache(maxsize=256)

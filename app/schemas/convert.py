@@ -103,7 +103,10 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
     named = fabric_named(model.knit) if isinstance(model.knit, str) and model.knit in fabric_names() else None
     volumetric = isinstance(model.knit, VolumetricStitchModel) or (named is not None and "P" in named.axes)
     knit = next(name for name in fabric_names() if ("P" in fabric_named(name).axes) == volumetric)
-    return SpecimenSpec(knit=knit, rows=1, loops=1, loop_width=1e-3, material=_ANY)
+    # Clamps and pins are looked at with as many stitches as the file has, where a knit can have them.
+    rows, loops, *layers = (min(max(count, 1), 20) if volumetric else min(max(count, 1), 100) for count in model.loops)
+    depth = layers[0] if volumetric and layers else 1
+    return SpecimenSpec(knit=knit, rows=rows, loops=loops, layers=depth, loop_width=1e-3, material=_ANY)
 
 
 def to_data(protocol: Protocol) -> dict[str, Any]:

@@ -94,6 +94,7 @@ def to_specimen(
             yields=model.yields and substance is not None,
             rupture="off" if substance is None else model.rupture,
             periodic=model.periodic,
+            laid_in=model.laid_in,
         )
 
     with at(document, ("specimen",)):
@@ -145,6 +146,7 @@ def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
         **({} if rubs is None else {"pole_friction": rubs}),
         "nodes_per_loop": spec.nodes_per_loop,
         "rest_shape": spec.rest_shape,
+        **({} if spec.laid_in is None else {"laid_in": write(spec.laid_in, "length")}),
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),
         **({} if spec.fused is None else {"fused": _written_law(spec.fused)}),
         "viscoelastic": "on" if spec.viscoelastic else "off",

@@ -31,8 +31,10 @@ _BY_KNIT: Final = (
     "specimen.grips",
     "specimen.hook",
     "specimen.yarn",
+    "specimen.laid_in",
     "specimen.fused",
 )
+_BY_COUNT: Final = ("specimen.grips", "extensometer")
 BY_MATERIAL: Final = ("specimen.material", "specimen.viscoelastic", "specimen.yield", "specimen.rupture")
 
 
@@ -71,6 +73,8 @@ def further_errors(
     else:
         return []
     stood_in = [*fields, *(_BY_RIG if rigless else ()), *(_BY_KNIT if knitless else ())]
+    # How many stitches there are for clamps and pins is not known here.
+    stood_in += _BY_COUNT if any(is_within(field, "specimen") for field in fields) else ()
     # The materials of the file have not been read here.
     stood_in += BY_MATERIAL if "materials" in data else ()
     for one in every:

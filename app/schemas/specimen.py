@@ -130,6 +130,10 @@ class SpecimenModel(Model):
     mesh: MeshName | None = Field(default=None, description="draft, default or fine")
     nodes_per_loop: int | None = Field(default=None, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
+    laid_in: Length | None = Field(
+        default=None,
+        description="the contact radius of a straight yarn as laid in, such as 0.3 mm; it grows as the yarn relaxes",
+    )
     yarn: YarnModel | None = Field(
         default=None, description="a mapping that makes the yarn of fibres, such as {fibres: 3}"
     )

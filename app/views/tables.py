@@ -87,7 +87,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
             f"{facts.yarn_length:.4g} m, radius in contact {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes",
         ),
         ("fibres", yarn_label(spec)),
-        ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
+        ("clearance", _clearance(facts)),
         (
             _BETWEEN[protocol.grips],
             ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items()),
@@ -108,6 +108,13 @@ def _loop_budgets(spec: SpecimenSpec) -> str:
         return "unknown: which parts of the yarn are loops is not known"
     ends = [f"{axis} loops {loop.locking:.1%}" for axis, loop in budgets.items()]
     return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
+
+
+def _clearance(facts: SpecimenFacts) -> str:
+    """Return how far the surfaces of strands are apart, or by how much they overlap as laid in."""
+    if facts.clearance < 0.0:
+        return f"none: surfaces overlap by {-1e3 * facts.clearance:.4g} mm as laid in, before the yarn relaxes"
+    return f"{1e3 * facts.clearance:.4g} mm between surfaces"
 
 
 def _pins(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:

@@ -77,6 +77,7 @@ def clamp_faces(fabric: Fabric, counts: Counts, axes: Collection[Axis]) -> dict[
         raise SpecificationError("grips", "clamps", "hooks: clamps hold the edge stitches of a planar knit")
     found = {axis: faces[axis] for axis in axes}
     if any(high <= low for low, high in found.values()):
+        found_here = f"clamps on {counts.rows} rows of {counts.loops} loops"
         allowed = "3 or more along each axis that is clamped: the outermost of each edge are in the jaws"
-        raise SpecificationError("loops", [counts.rows, counts.loops], allowed)
+        raise SpecificationError("grips", found_here, allowed)
     return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
+from knitlab_core.equilibrium.laying_in import lay_in
 from knitlab_core.equilibrium.model import DECIMALS, make_model
 from knitlab_core.equilibrium.periodic import Period, make_cell
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
@@ -200,7 +201,9 @@ def mount(
     else:
         release(specimen, model, grips)
     work = Workspace(model)
-    if relaxed and spec.rest_shape == "straight":
+    if relaxed and spec.laid_in is not None:
+        state = lay_in(model, state, spec.laid_in / specimen.radius)
+    elif relaxed and spec.rest_shape == "straight":
         *_, (_, state, _) = knit_in(work, state)
     rig = Rig(
         specimen=specimen,

@@ -78,6 +78,9 @@ class SpecimenSpec:
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     periodic : bool
         Whether it is a cell of an endless fabric: its rows go on without ends and it has no edges.
+    laid_in : float or None
+        Contact radius of a straight yarn as it is laid in [m], from which it grows to its own as it relaxes; None for
+        its own.
     """
 
     knit: str | Fabric
@@ -95,9 +98,12 @@ class SpecimenSpec:
     yields: bool = False
     rupture: Rupture = "off"
     periodic: bool = False
+    laid_in: float | None = None
 
     def __post_init__(self) -> None:
-        require_all(self._require_knit, self._require_material, self._require_numbers, self._require_cell)
+        require_all(
+            self._require_knit, self._require_material, self._require_numbers, self._require_cell, self._require_laid_in
+        )
 
     def _require_knit(self) -> None:
         """Raise unless the knit is known, and has as many loops as such a knit can have."""
@@ -124,6 +130,20 @@ class SpecimenSpec:
             lambda: require(not bundle, "yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres"),
             lambda: require(self.fused is None, "fused", "fused points", "none in a periodic cell"),
             lambda: require(self.rupture == "off", "rupture", self.rupture, "off in a periodic cell"),
+        )
+
+    def _require_laid_in(self) -> None:
+        """Raise unless a contact radius as laid in is one that a yarn can grow from as it relaxes."""
+        if self.laid_in is None:
+            return
+        radius, found = self.fabric.fibre_radius * self.loop_width, f"{1e3 * self.laid_in:g} mm"
+        allowed = f"a radius above 0 and up to the fibre's, {1e3 * radius:.4g} mm"
+        relaxes = "none of a yarn at rest as printed: it does not relax (rest_shape: straight does)"
+        plain = self.yarn is None and not self.periodic and not self.fabric.straight
+        require_all(
+            lambda: require(0.0 < self.laid_in <= radius, "laid_in", found, allowed),  # type: ignore[operator]
+            lambda: require(self.rest_shape == "straight", "laid_in", found, relaxes),
+            lambda: require(plain, "laid_in", found, "none of a yarn of fibres, a periodic cell or a filament"),
         )
 
     def _require_material(self) -> None:
@@ -189,9 +209,22 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    made = _made(spec.fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn, periodic=spec.periodic)
+    fabric, radius = spec.fabric, spec.fabric.fibre_radius * spec.loop_width
+    if spec.laid_in is not None:
+        fabric = with_radius(fabric, spec.laid_in / spec.loop_width)
+    made = _made(fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.yarn, periodic=spec.periodic)
+    if spec.laid_in is not None:
+        # What overlaps as laid in has a clearance below 0.
+        overlap = 2.0 * (radius - spec.laid_in)
+        yarn = Yarn(fibre_radius=spec.fabric.fibre_radius)
+        made = replace(made, fabric=spec.fabric, yarn=yarn, radius=radius, clearance=made.clearance - overlap)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
+
+
+def with_radius(fabric: Fabric, radius: float) -> Fabric:
+    """Return a fabric with a yarn of another radius [loop widths]."""
+    return replace(fabric, fibre_radius=radius)
 
 
 @lru_cache(maxsize=1)

@@ -257,6 +257,17 @@ BAD = [
     Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: C", 11, 9, "others: found hold, allowed free on uniaxial-fr"),
     # What the yarn is made of, and what goes beyond elastic rods
     Bad("friction: 0.3", "rest_shape: bent", 8, 15, "specimen.rest_shape: found 'bent', allowed as-printed or straigh"),
+    Bad(
+        "friction: 0.3",
+        "laid_in: 0.3 mm",
+        8,
+        12,
+        "specimen.laid_in: found 0.3 mm, allowed none of a yarn at rest as",
+    ),
+    Bad(
+        "friction: 0.3", "laid_in: 2 mm\n  rest_shape: straight", 8, 12, "laid_in: found 2 mm, allowed a radius above 0"
+    ),
+    Bad("friction: 0.3", "laid_in: thin", 8, 12, "specimen.laid_in: found 'thin', allowed a length with its unit"),
     Bad("friction: 0.3", "yarn: 3", 8, 9, "specimen.yarn: found 3, allowed a mapping that makes the yarn of fibres"),
     Bad("friction: 0.3", "yarn: {fibres: 0}", 8, 18, "specimen.yarn.fibres: found 0, allowed a whole number from 1 to"),
     Bad("friction: 0.3", "yarn: {fibers: 3}", 8, 10, "yarn.fibers: found an unknown field, allowed fibres, model, fi"),
