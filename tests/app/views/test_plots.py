@@ -281,7 +281,7 @@ def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> 
     image = imread(knit_frames(run, tmp_path / "knit.png"))
     assert image.shape[1] > 2.5 * image.shape[0]
     assert image.std() > 0.05
-    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=3, loops=2, loop_width=8e-3)
     plain = imread(specimen_picture(specimen, tmp_path / "s.png"))
     assert plain.std() > 0.05
     pins = pins_on(specimen, Extensometer.inner_half(specimen.counts))
