@@ -80,7 +80,7 @@ def knit_in(
     What relaxes (Prony) has done so when the test begins: it stores and carries what lasts.
     """
     model = work.model
-    settled = _settled(model)
+    settled = settled_rods(model)
     curvature, twist = np.zeros((len(state.q), 2)), np.zeros(len(state.q))
     measure_strains(state.q, settled.is_inner, state.frames, curvature, twist)
 
@@ -90,7 +90,7 @@ def knit_in(
             rest_twist=twist + share * (settled.rest_twist - twist),
         )
 
-    last, at, still, spent = _idle(state), 0.0, False, work.clock.iterations
+    last, at, still, spent = idle(state), 0.0, False, work.clock.iterations
     control, reach = StepControl.of(1.0 / steps, Pace(), turns=False), REACH * STEPS / steps
     # Once more at the end: friction comes to rest, so that nothing stirs in the test before the fixtures do.
     while not still:
@@ -101,14 +101,14 @@ def knit_in(
         if not still and control.rejects(change):
             continue
         if found is None or change > LARGEST_CHANGE:
-            found, report = _follow_down(work, last, rods, options, to, reach)
+            found, report = follow_down(work, last, rods, options, to, reach)
         control.accept(to, change)
-        at, last = to, _idle(found)
+        at, last = to, idle(found)
         yield at, last, replace(report, iterations=work.clock.iterations - spent)
         spent = work.clock.iterations
 
 
-def _follow_down(
+def follow_down(
     work: Workspace, state: State, rods: Rods, options: Options, share: float, reach: float
 ) -> tuple[State, Report]:
     """Return the equilibrium that loops come to which snap, with the fixtures where they are, and the last search."""
@@ -122,7 +122,7 @@ def _follow_down(
     raise ConvergenceError(Failure.of(work, state, report, share, "relaxing into the knit"))
 
 
-def _settled(model: Model) -> Rods:
+def settled_rods(model: Model) -> Rods:
     """Return rods with no more stiffness than lasts."""
     if model.bonds is not None:
         raise SpecificationError("model.bonds", f"{model.bonds.a.size} fused points", "none in a yarn to be knitted in")
@@ -136,7 +136,7 @@ def _settled(model: Model) -> Rods:
     )
 
 
-def _idle(state: State) -> State:
+def idle(state: State) -> State:
     """Return a state from which a test may begin: it remembers its contacts, but no work and no motion."""
     return replace(
         state,
