@@ -21,6 +21,7 @@ from app.cli.remote import remote
 from app.cli.run import resume, run
 from app.cli.sem import EXAMPLE, SHORT, images
 from app.cli.serve import service
+from app.cli.studies import master_curve
 from app.cli.terminal import AsJson, Chosen, ProtocolPath, complain, complain_of, values_of, warn
 from app.records.storage import is_unwritable
 from app.runs.stopped import RunStoppedError
@@ -254,6 +255,11 @@ knitlab.command(
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )(plot)
 knitlab.command(short_help="Lay runs and measured files over each other.", epilog=COMPARE_HELP)(compare)
+knitlab.command(
+    name="master-curve",
+    short_help="Ask whether knits of any design have one curve.",
+    epilog="\b\nExample:\n  knitlab master-curve --points 32 --jobs 2",
+)(master_curve)
 knitlab.command(short_help="Write a run's log as an instrument would.", epilog=EXPORT_HELP)(export)
 
 

@@ -169,7 +169,7 @@ def load_sweep(path: Path | str, chosen: Mapping[str, Data] | None = None) -> li
     swept = load(path, chosen)
     if not swept.points:
         spot = swept.document.spot(())
-        raise ProtocolError(str(path), spot, "sweep", "nothing", "a sweep, such as {pre: [0, 0.1, 0.2]}")
+        raise ProtocolError(str(path), spot, "sweep", "nothing", "a sweep, such as {pre: [0, 0.1, 0.2]}, or a sample")
     return [(point, load(path, {**(chosen or {}), **point.values})) for point in swept.points]
 
 

@@ -220,7 +220,7 @@ def scalar(text: str) -> Data:
 
 def _is_label(place: Place) -> bool:
     """Return whether the value at a place is always a text, even if it looks like a number, such as a name."""
-    return bool(place) and place[-1] in LABELS and place[0] not in {"params", "sweep"}
+    return bool(place) and place[-1] in LABELS and place[0] not in {"params", "sample", "sweep"}
 
 
 def dotted(place: Place) -> str:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _SPECIMEN: Final[dict[str, Data]] = {"knit": "stockinette-default", "loop": "1 mm", "material": "RGD8530-DM"}
 _LOOPS: Final[Mapping[bool, Data]] = {False: [1, 1], True: [1, 1, 1]}
 _STEP: Final[Data] = {"zero": {"channels": ["force"]}}
-_LEFT_OUT: Final = frozenset({"materials", "sweep"})
+_LEFT_OUT: Final = frozenset({"materials", "sample", "sweep"})
 
 #: Fields whose values only the rig, the knit and the material decide.
 _BY_RIG: Final = ("mount", "others", "specimen.knit", "log.clock_offset", "log.clock_skew")

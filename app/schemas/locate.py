@@ -186,5 +186,9 @@ def _phrase(place: Place, models: Mapping[str, type[Model]]) -> str:
         return {"steps": "a step", "loops": "a whole number"}.get(str(place[-2]), "a name")
     if last in STEPS:
         return "a mapping of fields: " + ", ".join(_fields(place, models))
-    free = {"params": "a number or a text", "sweep": "a list of values, such as [0, 0.1]"}
+    free = {
+        "params": "a number or a text",
+        "sweep": "a list of values, such as [0, 0.1]",
+        "of": "the two ends of a range",
+    }
     return _fields(place[:-1], models).get(last, free.get(str(place[0]), "a value"))

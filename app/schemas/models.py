@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
 from app.schemas.material_models import AnyMaterial
+from app.schemas.sampling import SampleModel
 from app.schemas.specimen import FusedModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.step_parts import EVENTS, EVERY_CYCLE
 from app.schemas.steps import STEP_MODELS, StepModel
@@ -94,6 +95,9 @@ class ProtocolModel(Model):
     sweep: dict[str, list[str | int | float | bool]] = Field(
         default={}, description="a mapping of names under params to lists of values, such as {pre: [0, 0.1]}"
     )
+    sample: SampleModel | None = Field(
+        default=None, description="a design such as {points: 24, of: {h: [0.7, 0.9], loop: [6 mm, 12 mm]}}"
+    )
     max_strain_increment: Strain = Field(default=0.0125, description=allowed("strain"))
     steps: list[StepModel] = Field(description="a list of steps")
 
@@ -108,6 +112,7 @@ MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "fused": FusedModel,
         "log": LogModel,
         "extensometer": ExtensometerModel,
+        "sample": SampleModel,
         **STEP_MODELS,
     }
 )

@@ -1,4 +1,4 @@
-"""Expansion of `sweep:` into points: all combinations of the values of its parameters."""
+"""Expansion of `sweep:` into points: all combinations of the values of its parameters; `sample:` has its own file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from app.file_names import MOST_BYTES, file_stem
 from app.schemas.document import dotted
 from app.schemas.errors import Faults, ProtocolError, nearest, shown
+from app.schemas.sampling import sampled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -36,14 +37,19 @@ class Point:
 
 
 def points_of(model: ProtocolModel, document: Document) -> tuple[Point, ...]:
-    """Return the points of a sweep in order, the last name running fastest; none without a sweep.
+    """Return the points of a sweep in order, the last name running fastest, or those of a design; none without either.
 
     Raises
     ------
     ProtocolError
         For a name that is no parameter, a list without values or with one twice, or too many points.
     """
-    sweep = model.sweep
+    sweep, sample = model.sweep, model.sample
+    if sample is not None and sweep:
+        raise _refusal(document, ("sample",), "sweep and sample", "one of the two", key=True)
+    if sample is not None:
+        points = sampled(sample, list(model.params), document)
+        return tuple(Point(label=label_of(values), values=values) for values in points)
     if not sweep:
         return ()
     faults = Faults()
