@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from ruamel.yaml import YAML
@@ -107,7 +108,8 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
     # Clamps and pins are looked at with as many stitches as the file has, where a knit can have them.
     rows, loops, *layers = (min(max(count, 1), 20) if volumetric else min(max(count, 1), 100) for count in model.loops)
     depth = layers[0] if volumetric and layers else 1
-    return SpecimenSpec(knit=knit, rows=rows, loops=loops, layers=depth, loop_width=1e-3, material=_ANY)
+    spec = SpecimenSpec(knit=knit, rows=rows, loops=loops, layers=depth, loop_width=1e-3, material=_ANY)
+    return replace(spec, periodic=model.periodic and not volumetric)
 
 
 def to_data(protocol: Protocol) -> dict[str, Any]:

@@ -87,6 +87,18 @@ def test_what_only_a_specimen_with_edges_has_is_refused(old: str, new: str, said
         loads(text, "cell.yaml")
 
 
+def test_what_has_no_edges_is_refused_for_that_beside_other_mistakes() -> None:
+    wrong = TEXT.replace("friction: 0.3", "rupture: stop\n  grips: clamps").replace(
+        "steps:", "extensometer: on\nsteps:"
+    )
+    with pytest.raises(ProtocolError) as raised:
+        loads(wrong, "cell.yaml")
+    rupture, grips, extensometer = (str(one) for one in (raised.value, *raised.value.more))
+    assert "off in a periodic cell" in rupture
+    assert "a periodic cell has no edges" in grips
+    assert "the strain of a periodic cell is the fabric's" in extensometer
+
+
 @pytest.mark.parametrize(
     ("knit", "loops", "said"), [("rib-1x1", "[2, 3]", "3 in a row"), ("garter", "[3, 2]", "after which")]
 )
