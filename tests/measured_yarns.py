@@ -32,7 +32,7 @@ ACRYLIC: Final = {
     "radius": 0.74e-3,
     "core": 0.325e-3,
     "exponent": 2.4,
-    "rigidity": 1.66492,
+    "rigidity": 4.8,
     "friction": 0.3,
 }
 """Numbers of an acrylic yarn, in SI."""

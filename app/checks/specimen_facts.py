@@ -81,6 +81,8 @@ def describe(
 
 def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
     """Return the specimen that represents all of the same shape, whatever they are made of."""
+    if spec.grows_to is not None:
+        return spec
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
     )

@@ -34,10 +34,10 @@ _TABLE = Field(
     description="compressions and forces by length of a yarn between plates, such as [[0.1 mm, 0.2 mN/mm], ...]; in "
     "a protocol also a CSV file beside it",
 )
-_EXPONENT = Field(default=None, description="a number from 1.2 to 6, such as 2.4")
+_EXPONENT = Field(default=None, description="a number from 2 to 6, such as 2.4")
 _RIGIDITY = Field(
     default=None,
-    description="the force by length that presses the yarn between plates to halfway to its core, such as 0.0017 N/mm",
+    description="the force by length that presses the yarn between plates to halfway to its core, such as 0.0048 N/mm",
 )
 
 Source = Annotated[str, StringConstraints(min_length=1, strip_whitespace=True)]
@@ -82,7 +82,7 @@ class MeasuredYarnModel(Model):
     radius: Length = Field(description="the outer radius of the yarn, such as 0.74 mm")
     core: Length = Field(description="the radius to which no force can compress it, such as 0.325 mm")
     compression: CompressionModel = Field(
-        description="a mapping such as {exponent: 2.4, rigidity: 0.0017 N/mm}, or {table: yarn.csv}"
+        description="a mapping such as {exponent: 2.4, rigidity: 0.0048 N/mm}, or {table: yarn.csv}"
     )
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
 
@@ -128,7 +128,7 @@ class SourcedYarnModel(Model):
     radius: LengthValue = Field(description="a mapping such as {value: 0.74 mm, source: ...}")
     core: LengthValue = Field(description="a mapping such as {value: 0.325 mm, source: ...}")
     compression: SourcedCompressionModel = Field(
-        description="a mapping such as {exponent: 2.4, rigidity: 0.0017 N/mm, source: ...}, or with a table in their "
+        description="a mapping such as {exponent: 2.4, rigidity: 0.0048 N/mm, source: ...}, or with a table in their "
         "place"
     )
     friction: FrictionValue | None = Field(default=None, description="a mapping such as {value: 0.3, source: ...}")

@@ -274,7 +274,7 @@ def _judged(out: Path, designs: list[Planned]) -> Study:
 
 
 def _collapses(curves: list[Design], locks: list[float], laws: Mapping[Axis, PowerLaw]) -> Iterator[Collapse]:
-    """Yield how far the curves lie apart under each scaling, near their locking strain and at equal strains."""
+    """Yield how far the curves lie apart under each scaling, near their locking strain."""
     near = (0.9, REACH * 0.999)
     ones = [1.0] * len(curves)
     stiff = [1.0 / one.values["E"] for one in curves]
@@ -284,15 +284,8 @@ def _collapses(curves: list[Design], locks: list[float], laws: Mapping[Axis, Pow
     yield collapse("stress / E over the same", curves, stiff, locks, between=near)
     yield collapse("xi stress (the paper) over the same", curves, paper, locks, between=near)
     yield collapse("t L l w stress / (E I) over the same", curves, bending, locks, between=near)
-    fitted = [_fitted_factor(one, laws[one.axis]) for one in curves]
-    yield collapse("fitted exponents over the same", curves, fitted, locks, between=near)
-    least = 0.5 * min(float(one.strain[-1]) for one in curves)
-    yield collapse("xi stress (the paper) over strain", curves, paper, between=(least, 1.999 * least))
-
-
-def _fitted_factor(one: Design, law: PowerLaw) -> float:
-    """Return the factor that divides a stress by the fitted powers of its parameters."""
-    return float(np.exp(-sum(exponent.value * np.log(one.values[exponent.name]) for exponent in law.exponents)))
+    fitted = [1.0 / laws[one.axis].stress(one.values) for one in curves]
+    yield collapse("fitted powers of each axis over the same", curves, fitted, locks, between=near)
 
 
 def table_of(study: Study) -> str:

@@ -24,7 +24,7 @@ from scipy.optimize import minimize_scalar
 from knitlab_core.contact.law import ContactLaw, make_yarn_law, pair_potential
 from knitlab_core.errors import SpecificationError
 from knitlab_core.jit import kernel
-from knitlab_core.materials.yarns import LARGEST_EXPONENT, SMALLEST_EXPONENT
+from knitlab_core.materials import yarns
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,6 +37,15 @@ WORST_DEVIATION: Final = 0.3
 
 THIN: Final = 0.8
 """Overlap [r] at which cores meet, below which contact samples have to be nearer to each other."""
+
+DEEP: Final = 0.9
+"""Share of the way to the core up to which contact is resolved [1]."""
+
+STEEP: Final = 0.2
+"""Value of w h / (n + 1) at that depth [r^2], below which samples have to be nearer too.
+
+Force drops along a strand over the root of a tenth of it; with n = 6 samples 2r/9 apart would err by up to 5 %.
+"""
 
 FEWEST_POINTS: Final = 4
 _DIGITS: Final = 6
@@ -53,7 +62,7 @@ class Compression:
     core : float
         Radius to which no force can compress the yarn [m].
     exponent : float
-        n: how steeply the force grows towards the core, psi' + const ~ (1 - p / p_max)^-n [1].
+        n: how steeply the force grows where yarns begin to touch and towards the core; psi = k [p / (w - p)]^n [1].
     rigidity : float
         Force by length [N/m] that compresses the yarn between plates, or two parallel yarns against each other, to
         halfway between radius and core.
@@ -80,30 +89,32 @@ class Compression:
         return 2.0 * (self.radius - self.core)
 
     @property
-    def thin(self) -> bool:
-        """Return whether so thin a shell is compressed that contact needs narrow samples."""
-        return self.largest < THIN * self.radius
+    def narrow(self) -> bool:
+        """Return whether contact needs narrow samples: a thin shell, or a force that is very steep near the core."""
+        largest = self.largest / self.radius
+        steep = largest * (2.0 - DEEP * largest) / (self.exponent + 1.0)
+        return largest < THIN or steep < STEEP
 
     @property
-    def stiffness(self) -> float:
-        """Return psi'' where yarns begin to touch [N/m^3]."""
+    def potential(self) -> float:
+        """Return k, psi halfway to the core [N/m]."""
         law = _unit_law(self.exponent, self.core / self.radius)
-        return self.rigidity / (self.radius**2 * parallel_force(1.0 + self.core / self.radius, law))
+        return self.rigidity / parallel_force(1.0 + self.core / self.radius, law)
 
     def line_force(self, compression: float) -> float:
         """Return the force by length [N/m] between plates, or two parallel yarns, at a compression 2 radius - h [m]."""
         law = _unit_law(self.exponent, self.core / self.radius)
-        return self.stiffness * self.radius**2 * parallel_force(2.0 - compression / self.radius, law)
+        return self.potential * parallel_force(2.0 - compression / self.radius, law)
 
     def crossed_force(self, compression: float) -> float:
         """Return the force [N] between yarns crossed at right angles at a compression 2 radius - h [m]."""
         law = _unit_law(self.exponent, self.core / self.radius)
-        psi = self.stiffness * self.radius**2 * pair_potential(compression / self.radius, law)[0]
+        psi = self.potential * pair_potential(compression / self.radius, law)[0]
         return 2.0 * np.pi * (2.0 * self.radius - compression) * psi
 
     def law(self, scales: Scales, friction: float, slip: float) -> ContactLaw:
         """Return the contact law in the solver's units."""
-        coefficient = self.stiffness * scales.length / scales.young_modulus
+        coefficient = self.potential / (scales.length * scales.young_modulus)
         return make_yarn_law(coefficient, self.exponent, self.core / self.radius, friction, slip=slip)
 
 
@@ -159,7 +170,9 @@ def fit_compression(table: Sequence[tuple[float, float]], *, radius: float, core
         return sum((one - mean) ** 2 for one in ratios) / len(ratios), mean
 
     found = minimize_scalar(
-        lambda exponent: missed(exponent)[0], bounds=(SMALLEST_EXPONENT, LARGEST_EXPONENT), options={"xatol": 1e-7}
+        lambda exponent: missed(exponent)[0],
+        bounds=(yarns.SMALLEST_EXPONENT, yarns.LARGEST_EXPONENT),
+        options={"xatol": 1e-7},
     )
     exponent = _rounded(float(found.x))
     variance, mean = missed(exponent)
@@ -196,7 +209,7 @@ def _rounded(number: float) -> float:
 
 
 def _unit_law(exponent: float, core: float) -> ContactLaw:
-    """Return the law of unit radius with psi'' = 1 where yarns begin to touch."""
+    """Return the law of unit radius with psi = 1 halfway to the core."""
     return make_yarn_law(1.0, exponent, core, 0.0)
 
 
@@ -204,16 +217,16 @@ def _unit_law(exponent: float, core: float) -> ContactLaw:
 def parallel_force(height: float, law: ContactLaw) -> float:
     """Return the force by length of two parallel strands at a distance [r] below that of contact [E r].
 
-    Abel's integral with x = h + (D - h) v^4, which is smooth at both ends and dense near v = 0, by Simpson's rule.
+    Abel's integral with x = h + (D - h) u (2 - u) and u = v^4, by Simpson's rule: dense near v = 0, where forces near
+    the core are, and with p = (D - h) (1 - u)^2, whose powers of n - 1 are smooth at touch, v = 1.
     """
     intervals = 1024
     depth = law.distance - height
     total = 0.0
-    for i in range(1, intervals + 1):
+    for i in range(1, intervals):
         v = i / intervals
-        squared = v * v
-        x = height + depth * squared * squared
-        _, slope, _ = pair_potential(law.distance - x, law)
-        weight = 1.0 if i == intervals else 4.0 if i % 2 else 2.0
-        total += weight * slope * v / sqrt(x + height)
-    return 8.0 * height * sqrt(depth) * total / (3.0 * intervals)
+        u = v * v * v * v
+        _, slope, _ = pair_potential(depth * (1.0 - u) * (1.0 - u), law)
+        below = 2.0 * height + depth * u * (2.0 - u)
+        total += (4.0 if i % 2 else 2.0) * slope * v * (1.0 - u) / sqrt((2.0 - u) * below)
+    return 16.0 * height * sqrt(depth) * total / (3.0 * intervals)

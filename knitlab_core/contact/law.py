@@ -8,8 +8,8 @@ is Hertz's F = 4/3 E* sqrt(r) delta^(3/2) exactly. Around touch the power 3/2 is
 replaced by a polynomial that begins a little before, but never where strands were
 printed: those feel nothing (see `pair_potential` and `law_as_printed`).
 
-A yarn by measurement has psi(p) = c w^2 / (n (n - 1)) [(1 - p / w)^(1 - n) - 1 - (n - 1) p / w] instead, with w the
-overlap at which cores meet: psi'' = c (1 - p / w)^(-n - 1) is c where yarns begin to touch and grows without bound.
+A yarn by measurement has psi(p) = c [p / (w - p)]^n instead, with w the overlap at which cores meet: soft where yarns
+begin to touch, c halfway to the core, and without bound there.
 """
 
 from math import sqrt
@@ -25,7 +25,7 @@ from knitlab_core.jit import inline_kernel
 class ContactLaw(NamedTuple):
     """Constants of contact and friction, scaled by r and E.
 
-    `coefficient`: of psi, for a yarn psi'' where yarns begin to touch; `exponent`: n of a yarn, 0 for Hertz's law;
+    `coefficient`: of psi, for a yarn psi halfway to the core; `exponent`: n of a yarn, 0 for Hertz's law;
     `distance`: of two centrelines that touch; `onset`:
     gap at which the force begins, from 0 to `rounding`; `rounding`: overlap from which it is Hertz's; `rise`: what is
     between, see there; `reach`: distance plus onset; `overlap_limit`: where the barrier is infinite; `friction`:
@@ -71,9 +71,9 @@ def make_yarn_law(
     Parameters
     ----------
     coefficient : float
-        psi'' where yarns begin to touch [E / r].
+        psi halfway to the core [E r].
     exponent : float
-        n: the force grows as (1 - p / w)^(-n) near the core [1].
+        n: psi grows as (1 - p / w)^(-n) near the core; 2 or more, so that psi'' is finite [1].
     core : float
         Radius to which a yarn can be compressed [r].
     friction, slip : float
@@ -135,12 +135,15 @@ def rise(onset: float, rounding: float) -> tuple[float, float, float, float]:
 @inline_kernel
 def compressed(p: float, coefficient: float, exponent: float, limit: float) -> tuple[float, float, float]:
     """Return psi, psi' and psi'' of a yarn at overlap p from 0 to below the limit w, at which cores meet."""
+    if p <= 0.0:
+        return 0.0, 0.0, 0.0
     x = p / limit
     z = 1.0 / (1.0 - x)
-    steep = power(z, exponent)
-    slope = coefficient * limit / exponent
-    psi = slope * limit / (exponent - 1.0) * (steep / z - 1.0 - (exponent - 1.0) * x)
-    return psi, slope * (steep - 1.0), coefficient * steep * z
+    # psi = c (x z)^n; its slope in x is n c (x z)^(n - 1) z^2.
+    before = coefficient * power(x * z, exponent - 2.0)
+    first = exponent * z * z / limit
+    second = first * z * z / limit
+    return before * x * x * z * z, before * first * x * z, before * second * (exponent - 1.0 + 2.0 * x)
 
 
 @inline_kernel

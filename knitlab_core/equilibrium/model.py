@@ -44,7 +44,7 @@ SAMPLE_SPACING = 2.0 / 9.0
 """Distance of contact samples along a strand [r]: ripple of at most 1 % when sliding."""
 
 NARROW_SPACING = 1.0 / 9.0
-"""The same where strands were printed nearer than contact's onset: a narrow onset needs them for as little ripple."""
+"""The same where strands were printed nearer than contact's onset, and for `Compression.narrow`: as little ripple."""
 
 MOST_OVERLAP = 0.25
 """Overlap [r] up to which that of printed strands is taken for the mesh's; 0.1 in the coarsest mesh of a thick yarn."""
@@ -232,7 +232,7 @@ def make_model(  # noqa: PLR0913 (each is a part of the model)
         law = make_law(poisson_ratio, friction, slip=SLIP)
     else:
         law = compression.law(scales, friction, SLIP)
-        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.thin else sample_spacing)
+        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.narrow else sample_spacing)
     samples = make_samples(rods, sizes, edge, sample_spacing)
     if printed and least_distance(state.q, samples, law) < law.reach:
         samples = make_samples(rods, sizes, edge, min(sample_spacing, NARROW_SPACING))

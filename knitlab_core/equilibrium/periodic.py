@@ -186,7 +186,7 @@ def make_cell(
         law = make_law(poisson_ratio, friction, slip=SLIP)
     else:
         law = compression.law(scales, friction, SLIP)
-        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.thin else sample_spacing)
+        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.narrow else sample_spacing)
     samples = _samples(rods, layout, edge, sample_spacing)
     if not straight and least_distance(state.q, samples, law) < law.reach:
         samples = _samples(rods, layout, edge, min(sample_spacing, NARROW_SPACING))

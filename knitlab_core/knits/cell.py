@@ -49,6 +49,7 @@ def knit_cell(
     loops: int,
     nodes_per_loop: int = 48,
     yarn: Yarn | None = None,
+    contact_radius: float | None = None,
 ) -> Specimen:
     """Build a periodic cell of a planar knit.
 
@@ -64,6 +65,9 @@ def knit_cell(
         8 to 1000.
     yarn : Yarn, optional
         Its fibres, seen as one rod; one of the knit's own radius unless given.
+    contact_radius : float, optional
+        Radius at which strands touch once they are relaxed [m]; by default that of the yarn as laid. Strands of it may
+        overlap as laid.
 
     Returns
     -------
@@ -103,11 +107,13 @@ def knit_cell(
         own = closed_control_points(row.at(np.arange(edges) / edges), period) - middle
         nodes.append(np.concatenate([own, own[:2] + period]))
     step = cut[0].length / edges
+    laid = fibres.contact_radius * loop_width
+    radius = laid if contact_radius is None else contact_radius
     return Specimen(
         nodes=np.concatenate(nodes) * loop_width,
         arc_lengths=step * np.arange(edges + 2, dtype=np.float64) * loop_width,
         yarn=fibres,
-        radius=fibres.contact_radius * loop_width,
+        radius=radius,
         loop_width=loop_width,
         rows=rows,
         loops=loops,
@@ -115,7 +121,7 @@ def knit_cell(
         fabric=knit,
         centreline=line,
         yarn_length=rows * cut[0].length * loop_width,
-        clearance=gap * loop_width,
+        clearance=gap * loop_width - 2.0 * (radius - laid),
         sites=MappingProxyType({}),
         cell=Cell(vectors * loop_width, tuple((row.direction, 0) for row in cut[:rows]), _reach(knit, rows, loops)),
     )

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 LARGEST_FRICTION: Final = 2.0
-SMALLEST_EXPONENT: Final = 1.2
+SMALLEST_EXPONENT: Final = 2.0
+"""Below, two yarns that begin to touch would be infinitely stiff."""
+
 LARGEST_EXPONENT: Final = 6.0
 
 LARGEST_CORE: Final = 0.9
@@ -39,7 +41,7 @@ class MeasuredYarn:
     core : Value
         Radius to which no force can compress it [m].
     exponent : Value
-        How steeply the force of compression grows towards the core, 1.2 to 6 [1]; see
+        How softly the force of compression begins and how steeply it grows towards the core, 2 to 6 [1]; see
         `knitlab_core.contact.compression`.
     rigidity : Value
         Force by length that compresses it between plates to halfway between radius and core [N/m].

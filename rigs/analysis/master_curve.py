@@ -76,6 +76,8 @@ class PowerLaw:
     ----------
     exponents : tuple of Exponent
         One a parameter.
+    constant : float
+        ln(stress) where all parameters are 1 [1].
     r_squared : float
         Share of the variance of ln(stress) that is explained [1].
     left_out : float
@@ -87,10 +89,16 @@ class PowerLaw:
     """
 
     exponents: tuple[Exponent, ...]
+    constant: float
     r_squared: float
     left_out: float
     p_value: float
     designs: int
+
+    def stress(self, values: Mapping[str, float]) -> float:
+        """Return the stress of a design by its parameters [Pa]."""
+        logs = sum(one.value * np.log(values[one.name]) for one in self.exponents)
+        return float(np.exp(self.constant + logs))
 
 
 def power_law(designs: Sequence[Design], names: Sequence[str], at: float, *, seed: int = 0) -> PowerLaw:
@@ -146,6 +154,7 @@ def power_law(designs: Sequence[Design], names: Sequence[str], at: float, *, see
         as_good += 1.0 - float(((dealt - hat @ dealt) ** 2).sum()) / total >= explained
     return PowerLaw(
         exponents=tuple(Exponent(*one) for one in zip(names, map(float, found[1:]), map(float, half[1:]), strict=True)),
+        constant=float(found[0] - logs.mean(axis=0) @ found[1:]),
         r_squared=explained,
         left_out=float(np.sqrt(((rest / (1.0 - leverage)) ** 2).mean())),
         p_value=(1 + as_good) / (1 + TRIALS),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from knitlab_core.equilibrium.rupture import sever
 from knitlab_core.equilibrium.workspace import Workspace
+from rigs.machines.rig import as_mounted
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
@@ -56,4 +57,6 @@ def restore(rig: Rig, checkpoint: Checkpoint) -> Rig:
         model = sever(model, edge)
     work = Workspace(model)
     work.restore(checkpoint.solver_state)
-    return replace(rig, work=work, mounted=checkpoint.mounted, severed=checkpoint.severed)
+    mounted = checkpoint.mounted
+    size = as_mounted(rig.size, rig.specimen, model.scales.length * mounted)
+    return replace(rig, work=work, size=size, mounted=mounted, severed=checkpoint.severed)

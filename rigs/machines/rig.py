@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitlab_core.equilibrium.cell_relaxation import relax_cell
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.laying_in import lay_in
@@ -205,13 +206,14 @@ def mount(
     work = Workspace(model)
     if relaxed and spec.laid_in is not None:
         state = lay_in(model, state, spec.laid_in / specimen.radius)
+    elif relaxed and spec.grows_to is not None:
+        state, _ = relax_cell(model, state)
     elif relaxed and spec.rest_shape == "straight":
         *_, (_, state, _) = knit_in(work, state)
+    size = size_of(specimen, thickness=next(iter(data.values())).convention.thickness.value, fixtures=protocol.fixtures)
     rig = Rig(
         specimen=specimen,
-        size=size_of(
-            specimen, thickness=next(iter(data.values())).convention.thickness.value, fixtures=protocol.fixtures
-        ),
+        size=as_mounted(size, specimen, model.scales.length * state.q),
         grips=grips,
         work=work,
         mounted=state.q.copy(),
@@ -223,6 +225,14 @@ def mount(
         trains={axis: load_train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
+
+
+def as_mounted(size: SpecimenSize, specimen: Specimen, mounted: FloatArray) -> SpecimenSize:
+    """Return the size of a specimen whose unknowns as mounted are (N, 4) [m]: a cell may have relaxed to another."""
+    if specimen.cell is None:
+        return size
+    course, wale = float(mounted[-2, 0]), float(mounted[-1, 1])
+    return replace(size, extents={**size.extents, "C": course, "W": wale})
 
 
 def _rubs(

@@ -185,7 +185,7 @@ class SpecimenSpec:
             lambda: require(self.rupture == "off", "rupture", self.rupture, off + bears),
             lambda: require(self.fused is None, "fused", "fused points", f"{none}and points fuse in print"),
             lambda: require(self.yarn is None, "yarn", "fibres", f"{none}whose fibres are in its numbers"),
-            lambda: require(self.laid_in is None, "laid_in", laid, f"{none}which is laid in at its own radius"),
+            lambda: require(self.laid_in is None, "laid_in", laid, f"{none}and its radius as laid in is not chosen"),
             # A loop without a width is refused where all specimens' are.
             lambda: require(not 0.0 < self.loop_width < twice, "yarn.radius", wide, "half of that width at most"),
             lambda: require(same, "knit.filament", f"{1e3 * diameter:.4g} mm", measured),
@@ -235,10 +235,18 @@ class SpecimenSpec:
         return self.substance if isinstance(self.substance, MeasuredYarn) else None
 
     @property
+    def grows_to(self) -> float | None:
+        """Return the contact radius to which the yarn of a cell grows as it is relaxed [m]; None where it does not."""
+        measured = self.measured
+        return (
+            measured.radius.value if measured is not None and self.periodic and self.rest_shape == "straight" else None
+        )
+
+    @property
     def laid(self) -> Yarn | None:
         """Return the yarn that the knit is made of [loop widths]; None for a fibre of the fabric's own radius."""
         measured = self.measured
-        if measured is None or self.fabric.straight:
+        if measured is None or self.fabric.straight or self.grows_to is not None:
             return self.yarn
         return Yarn(fibre_radius=measured.radius.value / self.loop_width)
 
@@ -268,7 +276,15 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     fabric, radius = spec.fabric, spec.fabric.fibre_radius * spec.loop_width
     if spec.laid_in is not None:
         fabric = with_radius(fabric, spec.laid_in / spec.loop_width)
-    made = _made(fabric, counts, spec.nodes_per_loop, spec.loop_width, spec.laid, periodic=spec.periodic)
+    made = _made(
+        fabric,
+        counts,
+        spec.nodes_per_loop,
+        spec.loop_width,
+        spec.laid,
+        periodic=spec.periodic,
+        grows_to=spec.grows_to,
+    )
     if spec.laid_in is not None:
         # What overlaps as laid in has a clearance below 0.
         overlap = 2.0 * (radius - spec.laid_in)
@@ -292,12 +308,21 @@ def _made(
     yarn: Yarn | None,
     *,
     periodic: bool,
+    grows_to: float | None,
 ) -> Specimen:
     """Make a specimen of so many rows, loops and layers, with loops of a width [m]."""
     rows, loops, layers = counts
     if periodic:
         knit = cast("PlanarFabric", fabric)
-        return knit_cell(knit, rows=rows, loops=loops, loop_width=loop_width, nodes_per_loop=nodes_per_loop, yarn=yarn)
+        return knit_cell(
+            knit,
+            rows=rows,
+            loops=loops,
+            loop_width=loop_width,
+            nodes_per_loop=nodes_per_loop,
+            yarn=yarn,
+            contact_radius=grows_to,
+        )
     return knit_specimen(
         fabric,
         rows=rows,

@@ -24,7 +24,7 @@ from tests.measured_yarns import ACRYLIC, measured_yarn, yarn_model
         ({"radius": float("inf")}, "yarn.radius", "above 0"),
         ({"core": 0.74e-3}, "yarn.core", "0.666 mm or less"),
         ({"core": 0.7e-3}, "yarn.core", "0.666 mm or less"),
-        ({"exponent": 1.0}, "yarn.compression.exponent", "from 1.2 to 6"),
+        ({"exponent": 1.9}, "yarn.compression.exponent", "from 2 to 6"),
         ({"rigidity": float("nan")}, "yarn.compression.rigidity", "above 0"),
         ({"friction": -0.1}, "yarn.friction", "from 0 to 2"),
         ({"friction": 2.1}, "yarn.friction", "from 0 to 2"),
@@ -69,16 +69,17 @@ def test_the_stiffness_of_contact_is_the_slope_of_its_force() -> None:
     multiply(pattern, blocks, v, product)
     step = 1e-6
     expected = (scene.gradient(q + step * v) - scene.gradient(q - step * v)) / (2.0 * step)
-    # The stiffness jumps where two yarns begin to touch, so that a difference is of first order.
+    # psi'' begins as p^0.4 where two yarns begin to touch, so that a difference is not of second order.
     assert product == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
     slope = (scene.energy(q + step * v) - scene.energy(q - step * v)) / (2.0 * step)
     assert slope == pytest.approx(float((scene.gradient(q) * v).sum()), rel=1e-7)
 
 
-def test_a_thin_shell_has_samples_nearer_to_each_other() -> None:
+@pytest.mark.parametrize("changed", [{"core": 0.6e-3}, {"exponent": 6.0}])
+def test_a_thin_shell_and_a_steep_force_have_samples_nearer_to_each_other(changed: dict[str, float]) -> None:
     strands = [straight((0, 0, 0), (1, 0, 0), 8.0)]
-    soft, shell = (yarn_model(strands, measured_yarn(core=core))[0] for core in (0.325e-3, 0.6e-3))
-    assert len(shell.samples.weights) == 2 * len(soft.samples.weights) == round(2.0 / NARROW_SPACING)
+    soft, narrow = (yarn_model(strands, measured_yarn(**one))[0] for one in ({}, changed))
+    assert len(narrow.samples.weights) == 2 * len(soft.samples.weights) == round(2.0 / NARROW_SPACING)
 
 
 def test_a_mesh_that_reaches_half_way_to_the_core_is_refused() -> None:

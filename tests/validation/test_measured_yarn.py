@@ -31,8 +31,9 @@ DEPTHS = np.linspace(0.2, 0.9, 8)
 YARNS = {
     "acrylic": measured_yarn(),
     "steep": measured_yarn(exponent=4.0),
-    "shallow": measured_yarn(exponent=1.5, core=0.15e-3),
+    "shallow": measured_yarn(exponent=2.0, core=0.15e-3),
     "thin shell": measured_yarn(core=0.52e-3),
+    "steepest": measured_yarn(exponent=6.0, core=0.15e-3),
 }
 ALONG = 16.0
 """Length of the upper strand [r]; the spans of its inner nodes carry contact: an edge is missing."""
@@ -49,7 +50,8 @@ def line_force(yarn: MeasuredYarn, compression: float) -> float:
     def force(height: float) -> float:
         def push(v: float) -> float:
             x = height + (outer - height) * v * v
-            return float(((1.0 - (outer - x) / largest) ** -n - 1.0) / np.sqrt(x + height))
+            p = (outer - x) / largest
+            return float(p ** (n - 1.0) * (1.0 - p) ** (-n - 1.0) / np.sqrt(x + height))
 
         return float(4.0 * height * np.sqrt(outer - height) * quad(push, 0.0, 1.0, epsrel=1e-10, limit=200)[0])
 
@@ -110,9 +112,8 @@ def test_derivatives_of_the_law_up_to_the_core(bar: Callable[..., None], name: s
         step = 1e-5 * min(p, law.overlap_limit - p)
         _, first, second = pair_potential(p, law)
         ahead, behind = pair_potential(p + step, law), pair_potential(p - step, law)
-        worst = max(worst, abs((ahead[1] - behind[1]) / (2.0 * step) / second - 1.0))
-        if depth > 0.05:  # the potential itself begins as p^2 beside 1
-            worst = max(worst, abs((ahead[0] - behind[0]) / (2.0 * step) / first - 1.0))
+        for order, slope in ((0, first), (1, second)):
+            worst = max(worst, abs((ahead[order] - behind[order]) / (2.0 * step) / slope - 1.0))
     bar(
         f"yarn by measurement, {name}: psi' and psi'' against differences, to 99.9 % of the way to the core",
         figure=worst,

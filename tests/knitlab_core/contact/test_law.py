@@ -137,17 +137,34 @@ GROWING = YARN._replace(distance=1.2, reach=1.2, overlap_limit=1.2 - 0.88, coeff
 """The same around the same core, thinner and softer: what a continuation that lets a yarn grow changes."""
 
 each_yarn = pytest.mark.parametrize(
-    "law", [YARN, make_yarn_law(0.8, 1.2, 0.1, 0.3), make_yarn_law(0.8, 6.0, 0.9, 0.3), GROWING]
+    "law", [YARN, make_yarn_law(0.8, 2.0, 0.1, 0.3), make_yarn_law(0.8, 6.0, 0.9, 0.3), GROWING]
 )
 
 
 @each_yarn
-def test_a_yarn_begins_without_force_and_with_the_stiffness_of_its_coefficient(law: ContactLaw) -> None:
-    p = 1e-6 * law.overlap_limit
-    potential, force, stiffness = pair_potential(p, law)
-    assert potential == pytest.approx(0.5 * law.coefficient * p * p, rel=1e-3)
-    assert force == pytest.approx(law.coefficient * p, rel=1e-5)
-    assert stiffness == pytest.approx(law.coefficient, rel=1e-4)
+@pytest.mark.parametrize("share", [1e-6, 1e-15])
+def test_a_yarn_begins_as_the_power_of_its_exponent(law: ContactLaw, share: float) -> None:
+    # The smallest overlap of two samples is the last bit of a distance near 2.
+    c, n, w = law.coefficient, law.exponent, law.overlap_limit
+    potential, force, stiffness = pair_potential(share * w, law)
+    assert potential == pytest.approx(c * share**n, rel=1e-4, abs=0.0)
+    assert force == pytest.approx(n * c / w * share ** (n - 1.0), rel=1e-4, abs=0.0)
+    assert stiffness == pytest.approx(n * (n - 1.0) * c / w**2 * share ** (n - 2.0), rel=1e-4, abs=0.0)
+    assert pair_potential(0.0, law) == (0.0, 0.0, 0.0)
+
+
+@each_yarn
+def test_a_yarn_begins_without_force_and_above_an_exponent_of_two_without_stiffness(law: ContactLaw) -> None:
+    _, force, stiffness = pair_potential(1e-9 * law.overlap_limit, law)
+    _, half_force, half_stiffness = pair_potential(0.5 * law.overlap_limit, law)
+    assert force < 1e-8 * half_force
+    soft = law.exponent > 2.0
+    assert (stiffness < 1e-4 * half_stiffness) == soft
+
+
+@each_yarn
+def test_a_yarn_s_coefficient_is_its_potential_halfway_to_the_core(law: ContactLaw) -> None:
+    assert pair_potential(0.5 * law.overlap_limit, law)[0] == pytest.approx(law.coefficient, rel=1e-13)
 
 
 @each_yarn
@@ -173,7 +190,7 @@ def test_a_yarn_resists_more_and_more_up_to_its_core(law: ContactLaw) -> None:
 def test_a_yarn_s_potential_is_the_closed_form() -> None:
     c, n, w = YARN.coefficient, YARN.exponent, YARN.overlap_limit
     for share in (0.2, 0.6, 0.95):
-        expected = c * w * w / (n * (n - 1.0)) * ((1.0 - share) ** (1.0 - n) - 1.0 - (n - 1.0) * share)
+        expected = c * (share / (1.0 - share)) ** n
         assert pair_potential(share * w, YARN)[0] == pytest.approx(expected, rel=1e-13)
 
 

@@ -33,6 +33,8 @@ def test_a_power_law_is_found_and_what_plays_no_part_has_no_exponent() -> None:
     law = power_law(known(12), ("E", "r", "w", "idle"), 0.3)
     assert [one.value for one in law.exponents] == pytest.approx([1.0, 2.0, -3.0, 0.0], abs=1e-9)
     assert law.r_squared == pytest.approx(1.0)
+    one = known(12)[3]
+    assert law.stress(one.values) == pytest.approx(float(one.stress_at(0.3)))
     assert law.left_out < 1e-9
     assert law.p_value == pytest.approx(1.0 / 2001.0)
 
