@@ -242,6 +242,7 @@ def test_every_example_is_tested() -> None:
     beyond = {f"{what}_small.yaml" for what in ("bundle", "cotton", "creeping", "fused", "rupture", "yielding")}
     knits |= {f"fig4d/fig4d_{pre}_{n}.yaml" for pre in ("00", "10", "20") for n in (3, 4, 6)}
     knits |= {f"fig5/{kind}_{n}.yaml" for kind in ("micro", "macro") for n in (2, 3, 6)}
+    knits |= {f"fabric/acrylic_{axis}.yaml" for axis in ("course", "wale")}
     swept = {"fig3a/fig3a.yaml", "fig3d/fig3d_course.yaml", "fig3d/fig3d_wale.yaml"}
     swept |= {f"paper_fit/paper_fit_{axis}.yaml" for axis in ("course", "wale")}
     proof = {"cell.yaml", "clamped_small.yaml", "filament.yaml", "preloaded_course.yaml", "yarn_small.yaml"}
