@@ -19,7 +19,7 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 '5 equilibria, to a strain of 0.050'
 
 protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
-           UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog
+           UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog, Extensometer
 specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from rigs.measurement import Measurement
     from rigs.protocol.protocol import (
         Cycle,
+        Extensometer,
         ForceRate,
         Hold,
         Image,
@@ -115,6 +116,7 @@ __all__ = [
     "Comparison",
     "ConvergenceError",
     "Cycle",
+    "Extensometer",
     "Filament",
     "FileMapping",
     "ForceRate",
@@ -184,6 +186,7 @@ _HOMES: Final = {
     "Comparison": "app.views.overlay:Comparison",
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
+    "Extensometer": "rigs.protocol.protocol:Extensometer",
     "Filament": "knitlab_core.knits:Filament",
     "FileMapping": "rigs.readers.mapping:FileMapping",
     "ForceRate": "rigs.protocol.protocol:ForceRate",

@@ -21,7 +21,7 @@ Axis: TypeAlias = axes.Axis
 AXES: Final[tuple[Axis, ...]] = ("C", "W", "P")
 """Directions of a knit: course x, wale y, pile z."""
 
-COORDINATE: Final[Mapping[Axis, int]] = {"C": 0, "W": 1, "P": 2}
+COORDINATE: Final[Mapping[Axis, int]] = axes.COORDINATE
 """Coordinate that an axis drives."""
 
 SITES: Final[Mapping[Axis, tuple[SiteSet, SiteSet]]] = {

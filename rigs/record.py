@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray
 
 Phase = Literal["Zero", "Preload", "Stretch", "Recover", "Hold"]
-End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged", "slipped"]
+End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged", "slipped", "unravelled"]
 
 #: The order gives the index under which a phase is stored.
 PHASES: tuple[Phase, ...] = get_args(Phase)
@@ -65,6 +65,11 @@ class Equilibrium:
         What the load cell of each driven axis feels [N], positive in tension.
     lateral_force : float
         Largest force of a hook along its pole [N].
+    fixture_force : Mapping
+        Force of every clamp or plate on the specimen along each direction [N], ``W+_C``: of the upper wale clamp along
+        the course; empty where hooks hold it.
+    pin_distance : Mapping
+        Distance of the extensometer's two pins along each axis that it measures [m]; empty without one.
     elastic_stretch, elastic_bend, elastic_twist, contact_energy : float
         Stored energies [J].
     friction_work, external_work : float
@@ -102,6 +107,8 @@ class Equilibrium:
     crosshead: Mapping[Axis, float] = field(default_factory=dict)
     force: Mapping[Axis, float]
     lateral_force: float
+    fixture_force: Mapping[str, float] = field(default_factory=dict)
+    pin_distance: Mapping[Axis, float] = field(default_factory=dict)
     elastic_stretch: float
     elastic_bend: float
     elastic_twist: float
@@ -204,7 +211,13 @@ class Outcome:
     unfinished: Cost = field(default_factory=Cost)
 
 
-def units(axes: Sequence[Axis], clasps: Iterable[str] = (), cell: Iterable[Axis] = ()) -> dict[str, str]:
+def units(
+    axes: Sequence[Axis],
+    clasps: Iterable[str] = (),
+    cell: Iterable[Axis] = (),
+    fixtures: Iterable[str] = (),
+    pins: Iterable[Axis] = (),
+) -> dict[str, str]:
     """Return the SI unit of every column of an `Equilibrium`, in its order.
 
     Parameters
@@ -215,6 +228,10 @@ def units(axes: Sequence[Axis], clasps: Iterable[str] = (), cell: Iterable[Axis]
         What the knit's clasps join.
     cell : iterable of Axis
         Axes of a periodic cell.
+    fixtures : iterable of str
+        Forces of clamps or plates, ``W+_C``.
+    pins : iterable of Axis
+        Axes along which an extensometer measures.
     """
     return {
         "time": "s",
@@ -222,6 +239,8 @@ def units(axes: Sequence[Axis], clasps: Iterable[str] = (), cell: Iterable[Axis]
         **{f"crosshead_{axis}": "m" for axis in axes},
         **{f"force_{axis}": "N" for axis in axes},
         "lateral_force": "N",
+        **{f"fixture_force_{name}": "N" for name in fixtures},
+        **{f"pin_distance_{axis}": "m" for axis in pins},
         "elastic_stretch": "J",
         "elastic_bend": "J",
         "elastic_twist": "J",

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings, loop_budgets
+from app.checks.budget import budget_of, budget_warnings, fibre_strain, limit_warnings
 from app.checks.log_size import row_size
+from app.checks.specimen_facts import facts_of
 from app.schemas import load
 from app.schemas.machine_data import machines_of
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import clasp_counts
 from rigs.control.log_rate import require_rates
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
+from rigs.machines.pins import pins_on
 from rigs.machines.wires import require_room
-from rigs.protocol.catalogue import arranged, plated
-from rigs.protocol.specimen import SpecimenSpec, gauge_lengths, make_specimen
+from rigs.protocol.specimen import SpecimenSpec, make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.checks.budget import Budget
+    from app.checks.specimen_facts import SpecimenFacts
     from app.schemas import Loaded, Source
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis
@@ -30,36 +30,6 @@ if TYPE_CHECKING:
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import Protocol
     from rigs.protocol.strokes import Stroke
-
-_ANY = "RGD8530-DM"  # a material, where none matters
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpecimenFacts:
-    """Facts of a specimen before any physics.
-
-    Parameters
-    ----------
-    nodes : int
-        Nodes of the yarn [1].
-    yarn_length, clearance, fibre_radius : float
-        Whole length, least surface distance of strands, radius of the fibre [m].
-    gauge_lengths : Mapping
-        Initial hook-to-hook distance of each axis [m].
-    locking_strain : float or None
-        Estimated equibiaxial strain at which a loop has used up its yarn [1]; None where loops are
-        not all alike.
-    clasps : Mapping
-        Heads that hold a loop, by what is joined: ``rows``, and ``layers`` of a volumetric knit; empty where unknown.
-    """
-
-    nodes: int
-    yarn_length: float
-    clearance: float
-    fibre_radius: float
-    gauge_lengths: Mapping[Axis, float]
-    locking_strain: float | None
-    clasps: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,12 +80,14 @@ def build_specimen(loaded: Loaded) -> Specimen:
     Raises
     ------
     ProtocolError
-        If it cannot exist (strands overlap), or has no room for its wires, with the place of the knit in the file.
+        If it cannot exist (strands overlap), has no room for its wires, or its stitches are not known where pins are to
+        be in them; with the place in the file.
     """
     try:
         specimen = make_specimen(loaded.protocol.specimen)
         if loaded.protocol.hook == "wire":
             require_room(specimen, loaded.protocol.axes)
+        pins_on(specimen, loaded.protocol.extensometer)
     except SpecificationError as error:
         raise loaded.locate(error) from error
     return specimen
@@ -137,36 +109,6 @@ def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
     return machines
 
 
-def describe(specimen: Specimen, plated: Sequence[Axis] = ()) -> SpecimenFacts:
-    """Return what is known of a specimen before any physics; faces of some axes may be printed into plates."""
-    budgets = list(loop_budgets(specimen.fabric, specimen.yarn).values())
-    return SpecimenFacts(
-        nodes=len(specimen.nodes),
-        yarn_length=specimen.yarn_length,
-        clearance=specimen.clearance,
-        fibre_radius=specimen.radius,
-        gauge_lengths=gauge_lengths(specimen, plated),
-        locking_strain=budgets[0].locking if len(budgets) == 1 else None,
-        clasps=clasp_counts(specimen),
-    )
-
-
-def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
-    """Return the specimen that represents all of the same shape, whatever they are made of."""
-    if spec.grows_to is not None:
-        return spec
-    plain = SpecimenSpec(
-        knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
-    )
-    return replace(plain, nodes_per_loop=spec.nodes_per_loop, yarn=spec.laid, periodic=spec.periodic)
-
-
-@lru_cache(maxsize=256)
-def _facts(shape: SpecimenSpec, plated: tuple[Axis, ...]) -> SpecimenFacts:
-    """Return what is known of a shape; kept, for a sweep needs it a thousand times."""
-    return describe(make_specimen(shape), plated)
-
-
 def count_rows(loaded: Loaded) -> int:
     """Return how many rows the log of a protocol will have: what a sweep checks of each of its jobs.
 
@@ -177,7 +119,7 @@ def count_rows(loaded: Loaded) -> int:
     """
     protocol = loaded.one_test().protocol
     try:
-        facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
+        facts = facts_of(protocol)
         rows = planned_rows(protocol, {axis: facts.gauge_lengths[axis] for axis in protocol.axes})
     except SpecificationError as error:
         raise loaded.locate(error) from error
@@ -201,7 +143,7 @@ def dry_run(source: Source) -> Plan:
     loaded = load(source).one_test()
     protocol = loaded.protocol
     try:
-        facts = _facts(shape_of(protocol.specimen), plated(protocol.rig))
+        facts = facts_of(protocol)
         lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
         steps = planned_steps(protocol, lengths)
         planned = [stroke for step in steps for stroke in step.strokes]
@@ -217,7 +159,7 @@ def dry_run(source: Source) -> Plan:
         steps=steps,
         duration=planned_duration(protocol, lengths),
         rows=rows,
-        size=rows * row_size([drive.machine for drive in arranged(protocol.rig, protocol.mount).values()]),
+        size=rows * row_size([drive.machine for drive in protocol.drives.values()], len(facts.pins)),
         images=planned_images(protocol, lengths),
         budget=budget,
         fibre_strain=strain,
@@ -245,7 +187,7 @@ def _limit_warnings(
     protocol: Protocol, machines: Mapping[MachineName, MachineData], planned: Sequence[Stroke]
 ) -> list[str]:
     """Return a warning for each limit of the rig's machines that would be passed."""
-    drives = arranged(protocol.rig, protocol.mount)
+    drives = protocol.drives
     warnings = []
     for machine, data in machines.items():
         axes = [axis for axis, drive in drives.items() if drive.machine == machine]

@@ -13,16 +13,19 @@ TEXT_SIZE: Final = 8
 """About how much a number of a log takes as text [bytes]."""
 
 
-def row_size(machines: Sequence[str]) -> int:
+def row_size(machines: Sequence[str], pins: int = 0) -> int:
     """Return about how much a row of a test's logs takes at most, in the record and in its default files [bytes].
 
     Parameters
     ----------
     machines : sequence of str
         The machine of each driven axis.
+    pins : int
+        Pairs of pins that an extensometer reads.
     """
     shown = sum(len(LOGS[dialect].dialect.columns) for dialect in defaults(machines))
-    return sum(sample_size(2 * machines.count(machine)) for machine in set(machines)) + TEXT_SIZE * shown
+    own = sum(sample_size(2 * machines.count(machine)) for machine in set(machines))
+    return own + (sample_size(pins) - sample_size(0)) + TEXT_SIZE * (shown + pins)
 
 
 def sample_size(channels: int) -> int:

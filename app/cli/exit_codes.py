@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 USAGE, SOLVER_FAILED, NO_DATA, UNREACHABLE, NOT_PRINTABLE, UNWRITABLE, INTERRUPTED = 2, 3, 4, 5, 6, 7, 130
 
 _BY_OUTCOME: Final = {"diverged": SOLVER_FAILED, "abort": INTERRUPTED}
-_CUT_SHORT: Final = frozenset({"limit", "rupture", "slipped", "timeout"})
+_CUT_SHORT: Final = frozenset({"limit", "rupture", "slipped", "timeout", "unravelled"})
 _BY_STATE: Final = {"failed": SOLVER_FAILED, "cancelled": INTERRUPTED}
 
 

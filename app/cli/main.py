@@ -152,19 +152,23 @@ def preview(
     as_json: AsJson = False,
 ) -> None:
     """Build the knit of a protocol: picture, clearance, yarn length, arc-length budget."""
-    from app.checks.dry_run import build_specimen, describe  # noqa: PLC0415
+    from app.checks.dry_run import build_specimen  # noqa: PLC0415
+    from app.checks.specimen_facts import describe  # noqa: PLC0415
     from app.file_names import file_stem  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.views.renders import specimen_picture  # noqa: PLC0415
     from app.views.tables import print_facts, print_json, specimen_data  # noqa: PLC0415
+    from rigs.machines.fixtures import clamped_nodes  # noqa: PLC0415
+    from rigs.machines.pins import pins_on  # noqa: PLC0415
 
     loaded = load(protocol)
     specimen = build_specimen(loaded)
     folder = Path() if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / f"{file_stem(loaded.protocol.name)}_specimen.png"
-    specimen_picture(specimen, picture)
-    facts = describe(specimen)
+    clamped = clamped_nodes(specimen, loaded.protocol.fixtures)
+    specimen_picture(specimen, picture, clamped, pins_on(specimen, loaded.protocol.extensometer))
+    facts = describe(specimen, loaded.protocol.fixtures, loaded.protocol.extensometer)
     if as_json:
         print_json({**specimen_data(loaded.protocol, facts), "picture": str(picture)})
     else:

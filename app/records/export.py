@@ -133,12 +133,12 @@ def _export(
     if dialect not in LOGS:
         raise SpecificationError("dialect", dialect, f"one of {', '.join(LOGS)}")
     log = LOGS[dialect]
-    shown = localised(in_units(log.dialect, {} if units is None else units), locale)
     for machine in log.machines:
         if machine not in samples:
             found = ", ".join(samples) or "none"
             raise SpecificationError("run.channels", found, f"a run on {machine}")
     test = replace(logged(run), samples=samples)
+    shown = localised(in_units(log.shown(test), {} if units is None else units), locale)
     path = folder / log.place.format(sample=file_stem(test.sample))
     path.parent.mkdir(parents=True, exist_ok=True)
     return _written(replace(log, dialect=shown), test, path)

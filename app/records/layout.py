@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
+    from rigs.analysis.clasps import ClaspLoss
     from rigs.analysis.material_limits import MaterialLimit
     from rigs.axes import Axis, IntArray
     from rigs.instruments.channels import Instrument
@@ -71,6 +72,9 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
     limits: Sequence[MaterialLimit] = (),
     clasps: Iterable[str] = (),
     cell: Iterable[Axis] = (),
+    fixtures: Iterable[str] = (),
+    pins: Iterable[Axis] = (),
+    let_go: Iterable[ClaspLoss] = (),
 ) -> Path:
     """Create the record of a run without rows, atomically.
 
@@ -102,6 +106,12 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
         What the knit's clasps join, ``rows`` or ``layers``; empty where they are unknown.
     cell : iterable of Axis
         Axes of a periodic cell; empty for a specimen with edges.
+    fixtures : iterable of str
+        Forces of clamps or plates that rows have, ``W+_C``; empty where hooks hold the knit.
+    pins : iterable of Axis
+        Axes along which an extensometer measures.
+    let_go : iterable of ClaspLoss
+        Clasps that the knit lost before its test.
 
     Returns
     -------
@@ -120,7 +130,10 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
         file.create_dataset("strands", data=np.array(strands, dtype=np.int64))
         file.create_dataset("tags", shape=(0,), maxshape=(None,), chunks=(64,), dtype=TAG)
         file.attrs.update({**provenance, **facts})
-        _make_equilibria(file, units(axes, clasps, cell))
+        _make_equilibria(file, units(axes, clasps, cell, fixtures, pins))
+        for loss in let_go:
+            facts_of_loss = {"laid": loss.mounted, "let_go": loss.places, "let_go_count": loss.lost}
+            file[f"equilibria/{COLUMN}{loss.joined}"].attrs.update(facts_of_loss)
         for name, nodes in zip(PLATES, plates or (), strict=False):
             file.create_dataset(f"plates/{name}", data=nodes)
         make_frames(file, axes, strands, wires)

@@ -19,7 +19,7 @@ from app.records.vtkhdf import read_frames
 from app.schemas import loads
 from knitlab_core.equilibrium.stopwatch import Cost
 from knitlab_core.errors import FormatError
-from rigs.analysis.clasps import count_clasps
+from rigs.analysis.clasps import COLUMN, ClaspLoss, count_clasps
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.analysis.stress_strain import effective_strain
 from rigs.axes import AXES
@@ -93,7 +93,7 @@ class RunReader:
     crossings : tuple of LimitCrossing
         Where limits of the material were passed, the lowest first; empty in records that do not watch for them.
     losses : tuple of ClaspLoss
-        Where clasps of the knit let go, in the order of time; empty in records that do not count them.
+        Where clasps of the knit let go, first those before the test; empty in records that do not count them.
     outcome : Outcome
         How the run ended; ``abort`` if no end is recorded.
 
@@ -126,7 +126,7 @@ class RunReader:
             self.zeroings = _read_zeros(file, self.trace.axes)
             self.logs: Mapping[str, Table] = read_logs(path, file["channels"], self.tags, jump_times(self.trace))
             self.crossings = _read_crossings(file, self.trace)
-            self.losses = tuple(count_clasps(self.trace, self.size).losses)
+            self.losses = (*_read_let_go(file["equilibria"]), *count_clasps(self.trace, self.size).losses)
             self.outcome = _read_outcome(file["outcome"], len(self.trace))
 
     @property
@@ -266,6 +266,27 @@ def _read_crossings(file: h5py.File, trace: Trace) -> tuple[LimitCrossing, ...]:
         for k, row in enumerate(raw["row"])
         if NOT_PASSED < row < len(trace)
     )
+
+
+def _read_let_go(rows: h5py.Group) -> list[ClaspLoss]:
+    """Return the clasps that the knit lost before its test."""
+    found = []
+    for name, column in rows.items():
+        if name.startswith(COLUMN) and "let_go" in column.attrs:
+            laid, lost = int(column.attrs["laid"]), int(column.attrs["let_go_count"])
+            found.append(
+                ClaspLoss(
+                    joined=name.removeprefix(COLUMN),
+                    row=0,
+                    time=0.0,
+                    strain={},
+                    lost=lost,
+                    held=laid - lost,
+                    mounted=laid,
+                    places=str(column.attrs["let_go"]),
+                )
+            )
+    return found
 
 
 def _read_outcome(group: h5py.Group, rows: int) -> Outcome:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -13,14 +14,16 @@ from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures
 from rigs.analysis.material_limits import crossings, limits_of
 from rigs.analysis.run_tables import LOST, STORED
-from rigs.instruments.zeros import gauge_lengths_taken
+from rigs.axes import AXES
+from rigs.instruments.zeros import gauge_lengths_taken, pin_strain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from app.records.reader import RunReader
     from rigs.analysis.cycles import CycleFigures
     from rigs.analysis.material_limits import LimitCrossing
+    from rigs.axes import Axis
     from rigs.instruments.zeros import Zeroing
     from rigs.protocol.protocol import Protocol
     from rigs.record import SpecimenSize
@@ -30,6 +33,9 @@ Figure: TypeAlias = tuple[str, float, str]
 
 WALL_TIME: Final = "wall time"
 NOTHING: Final = Cost()
+PITCH: Final = "relaxed_pitch_"
+"""What the attributes of a record begin with that hold the pitch of relaxed stitches; the axis follows."""
+NO_PITCH: Final[Mapping[Axis, float]] = MappingProxyType({})
 
 
 def run_figures(
@@ -40,6 +46,7 @@ def run_figures(
     *,
     protocol: Protocol | None = None,
     unfinished: Cost = NOTHING,
+    pitch: Mapping[Axis, float] = NO_PITCH,
 ) -> tuple[Figure, ...]:
     """Return the figures of a run: stresses and loops of every cycle, cost, energy balance.
 
@@ -60,6 +67,8 @@ def run_figures(
         The test.
     unfinished : Cost, optional
         What was spent on searches after the last row.
+    pitch : Mapping, optional
+        Pitch of the stitches of a yarn that relaxed into them before the test [m].
 
     Returns
     -------
@@ -75,6 +84,8 @@ def run_figures(
         *_effort(trace, unfinished, wall_seconds),
         *_soundness(trace),
         *_limits(crossings(trace, size, limits)),
+        *((f"stitch pitch {axis}, relaxed", length, "m") for axis, length in pitch.items()),
+        *_pins(trace, zeroings),
         *_clasps(trace),
         *_yielding(trace, protocol),
     ]
@@ -118,7 +129,14 @@ def figures_of(run: RunReader) -> tuple[Figure, ...]:
         float("nan"),
         protocol=run.test,
         unfinished=run.outcome.unfinished,
+        pitch=pitch_of(run),
     )
+
+
+def pitch_of(run: RunReader) -> dict[Axis, float]:
+    """Return the pitch of the stitches of a yarn that relaxed into them before the test [m]; empty of a printed one."""
+    found = {axis: run.provenance.get(f"{PITCH}{axis}") for axis in AXES}
+    return {axis: float(pitch) for axis, pitch in found.items() if pitch is not None}
 
 
 def _zeros(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
@@ -174,6 +192,17 @@ def _soundness(trace: Trace) -> Iterator[Figure]:
         yield "fused points broken", float(trace.columns["bonds_broken"][-1]), "1"
     yield "largest strain of a fibre", float(trace.columns["fibre_strain"].max()), "1"
     yield "worst residual", float(trace.columns["residual"].max()), "1"
+
+
+def _pins(trace: Trace, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
+    """Yield what an extensometer read: the distance of its pins at the start, and the range of strain between them."""
+    for axis in AXES:
+        distance = trace.columns.get(f"pin_distance_{axis}")
+        if distance is not None:
+            strain = pin_strain(distance, trace.columns["time"], zeroings)
+            yield f"distance of pins {axis}, as mounted", float(distance[0]), "m"
+            yield f"strain between pins {axis}, largest", float(strain.max()), "1"
+            yield f"strain between pins {axis}, smallest", float(strain.min()), "1"
 
 
 def _clasps(trace: Trace) -> Iterator[Figure]:

@@ -49,6 +49,7 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("name", protocol.name),
             ("rig", protocol.rig),
             *([] if protocol.mount is None else [("mount", protocol.mount)]),
+            ("grips", protocol.grips),
             ("hook", protocol.hook),
             ("speed_ref", protocol.speed_ref),
             ("others", protocol.others),

@@ -13,7 +13,7 @@ from app.records.checkpoint import CHECKPOINT, Keeper, Origin
 from app.records.folder import RECORD
 from app.records.layout import make_record
 from app.records.reader import RunReader
-from app.records.results import run_figures, with_wall_time
+from app.records.results import PITCH, pitch_of, run_figures, with_wall_time
 from app.records.seal import seal, sealed_size
 from app.records.writer import RunWriter
 from app.runs.interrupts import interrupts_held
@@ -22,7 +22,8 @@ from app.runs.provenance import provenance
 from app.runs.publishing import publish, result_of
 from app.schemas.defaults import shown_defaults
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import clasp_nodes
+from knitlab_core.knits import clasp_nodes, clasps_hold
+from rigs.analysis.clasps import lost_as_mounted
 from rigs.analysis.material_limits import limits_of, unused_yield
 from rigs.control.checkpoint import restore
 from rigs.control.experiment import perform
@@ -125,7 +126,7 @@ def mount_specimen(loaded: Loaded) -> tuple[Rig, State]:
 
 def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     """Run a test from its start and write its record, ``run.h5``."""
-    protocol = task.loaded.protocol
+    protocol, clasps = task.loaded.protocol, clasp_nodes(rig.specimen)
     make_record(
         task.record,
         protocol=task.loaded.text,
@@ -136,14 +137,18 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         provenance={
             **task.origin.facts,
             "defaults": shown_defaults(task.loaded.defaults),
+            **{f"{PITCH}{axis}": pitch for axis, pitch in rig.relaxed_pitch.items()},
             "started": datetime.now().astimezone().isoformat(timespec="seconds"),
         },
         materials=task.loaded.materials,
         plates=_plates(rig),
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
-        clasps=clasp_nodes(rig.specimen),
+        clasps=clasps,
         cell=() if rig.specimen.cell is None else ("C", "W"),
+        fixtures=rig.fixture_forces,
+        pins=rig.pins,
+        let_go=lost_as_mounted(*(clasps_hold(x, clasps) for x in (rig.specimen.nodes, state.q[:, :3]))),
     )
     # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)
@@ -190,6 +195,7 @@ def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: 
             saved.seconds,
             protocol=record.test,
             unfinished=record.outcome.unfinished,
+            pitch=pitch_of(record),
         )
         publish(record, saved.origin.name, progress, draw=draw)
         record.path.with_name(CHECKPOINT).unlink()
@@ -229,7 +235,13 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
                 journal.writer.write_samples(samples)
         wall_time = perf_counter() - task.began
         figures = run_figures(
-            trace, rig.size, journal.zeroings, wall_time, protocol=protocol, unfinished=outcome.unfinished
+            trace,
+            rig.size,
+            journal.zeroings,
+            wall_time,
+            protocol=protocol,
+            unfinished=outcome.unfinished,
+            pitch=rig.relaxed_pitch,
         )
     journal.writer.finish(outcome)
     return outcome, figures

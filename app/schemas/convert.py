@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from ruamel.yaml import YAML
@@ -19,6 +20,7 @@ from app.schemas.units import write
 from knitlab_core.knits import fabric_named, fabric_names
 from knitlab_core.materials import MATERIALS
 from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.extensometer import WORDS, Extensometer
 from rigs.protocol.protocol import LogSpec, Protocol, require_others
 from rigs.protocol.specimen import SpecimenSpec
 
@@ -77,9 +79,11 @@ def to_domain(
                 rig=model.rig,
                 mount=model.mount,
                 load_cell=model.load_cell,
+                grips=model.specimen.grips,
                 hook=model.specimen.hook,
                 pole_friction=model.specimen.pole_friction,
                 specimen=specimen,
+                extensometer=_extensometer(model, specimen),
                 speed_ref=model.speed_ref,
                 others=others,
                 log=log,
@@ -101,7 +105,11 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
     named = fabric_named(model.knit) if isinstance(model.knit, str) and model.knit in fabric_names() else None
     volumetric = isinstance(model.knit, VolumetricStitchModel) or (named is not None and "P" in named.axes)
     knit = next(name for name in fabric_names() if ("P" in fabric_named(name).axes) == volumetric)
-    return SpecimenSpec(knit=knit, rows=1, loops=1, loop_width=1e-3, material=_ANY)
+    # Clamps and pins are looked at with as many stitches as the file has, where a knit can have them.
+    rows, loops, *layers = (min(max(count, 1), 20) if volumetric else min(max(count, 1), 100) for count in model.loops)
+    depth = layers[0] if volumetric and layers else 1
+    spec = SpecimenSpec(knit=knit, rows=rows, loops=loops, layers=depth, loop_width=1e-3, material=_ANY)
+    return replace(spec, periodic=model.periodic and not volumetric)
 
 
 def to_data(protocol: Protocol) -> dict[str, Any]:
@@ -115,9 +123,10 @@ def to_data(protocol: Protocol) -> dict[str, Any]:
         **({} if protocol.mount is None else {"mount": protocol.mount}),
         **({} if protocol.load_cell is None else {"load_cell": write(protocol.load_cell, "force")}),
         **({"materials": own} if own else {}),
-        "specimen": written(spec, protocol.hook, protocol.pole_friction),
+        "specimen": written(spec, protocol),
         "speed_ref": protocol.speed_ref,
         "others": protocol.others,
+        **({} if protocol.extensometer is None else {"extensometer": _written_pins(protocol.extensometer)}),
         "log": {
             "rate": write(protocol.log.rate, "frequency"),
             **({} if protocol.log.events is None else {"events": write(protocol.log.events, "frequency")}),
@@ -132,6 +141,11 @@ def to_data(protocol: Protocol) -> dict[str, Any]:
     }
 
 
+def _written_pins(extensometer: Extensometer) -> dict[str, list[int]]:
+    """Return an extensometer as the data of a file."""
+    return {WORDS[axis]: list(pair) for axis, pair in extensometer.pairs.items()}
+
+
 def to_yaml(protocol: Protocol) -> str:
     """Return a protocol as the text of a file that reads back as the same protocol."""
     text = io.StringIO()
@@ -140,6 +154,15 @@ def to_yaml(protocol: Protocol) -> str:
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # a flag that ships as None
     yaml.dump(to_data(protocol), text)
     return text.getvalue()
+
+
+def _extensometer(model: ProtocolModel, specimen: SpecimenSpec) -> Extensometer | None:
+    """Return the extensometer of a test; where its pins are not said they are about half of the knit apart."""
+    said = model.extensometer
+    if isinstance(said, bool):
+        return Extensometer.inner_half(specimen.counts) if said else None
+    pairs = {name: getattr(said, name) for name in WORDS.values()}
+    return Extensometer(**{name: None if pair is None else (pair[0], pair[1]) for name, pair in pairs.items()})
 
 
 def _log(model: LogModel, document: Document) -> LogSpec:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from app.schemas.values import Measure
     from knitlab_core.knits import Fabric
     from knitlab_core.materials import Substance
+    from rigs.protocol.protocol import Protocol
 
 
 class NamedText(NamedTuple):
@@ -94,6 +95,7 @@ def to_specimen(
             yields=model.yields and substance is not None,
             rupture="off" if substance is None else model.rupture,
             periodic=model.periodic,
+            laid_in=model.laid_in,
         )
 
     with at(document, ("specimen",)):
@@ -131,18 +133,21 @@ def _nodes_per_loop(model: SpecimenModel) -> int:
     return model.nodes_per_loop
 
 
-def written(spec: SpecimenSpec, hook: str, pole_friction: float | None) -> dict[str, Any]:
-    """Return a specimen as the data of a file."""
+def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
+    """Return the specimen of a protocol, with what holds it, as the data of a file."""
+    rubs = protocol.pole_friction
     return {
         "knit": spec.knit if isinstance(spec.knit, str) else written_knit(spec.knit),
         "loops": [spec.rows, spec.loops, *([spec.layers] if "P" in spec.axes else [])],
         "loop": write(spec.loop_width, "length"),
         "material": spec.substance.name,
         "friction": spec.friction,
-        "hook": hook,
-        **({} if pole_friction is None else {"pole_friction": pole_friction}),
+        **({} if protocol.grips == "hooks" else {"grips": protocol.grips}),
+        "hook": protocol.hook,
+        **({} if rubs is None else {"pole_friction": rubs}),
         "nodes_per_loop": spec.nodes_per_loop,
         "rest_shape": spec.rest_shape,
+        **({} if spec.laid_in is None else {"laid_in": write(spec.laid_in, "length")}),
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),
         **({} if spec.fused is None else {"fused": _written_law(spec.fused)}),
         "viscoelastic": "on" if spec.viscoelastic else "off",

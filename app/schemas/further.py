@@ -25,7 +25,17 @@ _LEFT_OUT: Final = frozenset({"materials", "sample", "sweep"})
 
 #: Fields whose values only the rig, the knit and the material decide.
 _BY_RIG: Final = ("mount", "others", "specimen.knit", "log.clock_offset", "log.clock_skew")
-_BY_KNIT: Final = ("mount", "specimen.knit", "specimen.loops", "specimen.hook", "specimen.yarn", "specimen.fused")
+_BY_KNIT: Final = (
+    "mount",
+    "specimen.knit",
+    "specimen.loops",
+    "specimen.grips",
+    "specimen.hook",
+    "specimen.yarn",
+    "specimen.laid_in",
+    "specimen.fused",
+)
+_BY_COUNT: Final = ("specimen.grips", "extensometer")
 BY_MATERIAL: Final = ("specimen.material", "specimen.viscoelastic", "specimen.yield", "specimen.rupture")
 
 
@@ -64,6 +74,8 @@ def further_errors(
     else:
         return []
     stood_in = [*fields, *(_BY_RIG if rigless else ()), *(_BY_KNIT if knitless else ())]
+    # How many stitches there are for clamps and pins is not known here.
+    stood_in += _BY_COUNT if any(is_within(field, "specimen") for field in fields) else ()
     # The materials of the file have not been read here.
     stood_in += BY_MATERIAL if "materials" in data else ()
     for one in every:

@@ -13,8 +13,7 @@ from ruamel.yaml.error import MarkedYAMLError
 
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.machines.catalogue import machine_named
-from rigs.machines.machine import MachineData
-from rigs.protocol.catalogue import arranged
+from rigs.machines.machine import MachineData, pinned
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -32,8 +31,8 @@ def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
     SpecificationError
         If no machine has that load cell.
     """
-    names = {drive.machine: None for drive in arranged(protocol.rig, protocol.mount).values()}
-    machines = {name: read_machine(name) for name in names}
+    names = {drive.machine: None for drive in protocol.drives.values()}
+    machines = {name: _with_extensometer(read_machine(name), protocol) for name in names}
     wanted = protocol.load_cell
     if wanted is None:
         return {name: replace(data, other_cells=()) for name, data in machines.items()}
@@ -43,6 +42,15 @@ def machines_of(protocol: Protocol) -> dict[MachineName, MachineData]:
         has = f"one of {', '.join(allowed)}" if allowed else f"none: {protocol.rig} has load cells of its own"
         raise SpecificationError("load_cell", f"{wanted:g} N", has)
     return {name: fitted.get(name) or replace(data, other_cells=()) for name, data in machines.items()}
+
+
+def _with_extensometer(data: MachineData, protocol: Protocol) -> MachineData:
+    """Return a machine without its extensometer where a protocol has it read no pins."""
+    if not pinned(protocol)[data.rig]:
+        return replace(data, extensometer=None)
+    if data.extensometer is None:
+        raise SpecificationError("extensometer", "on", f"off: {data.rig} has no extensometer")
+    return data
 
 
 def read_machine(machine: MachineName, path: Path | None = None) -> MachineData:

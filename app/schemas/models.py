@@ -23,8 +23,18 @@ from rigs.protocol.catalogue import Others
 SCHEMA: Final = "knitlab/protocol@1"
 
 
+PAIR: Final = "a list of two stitches, rows or layers, counted from 0, such as [1, 4]"
+
 # Part of the protocol language, but not supported by a rig.
 NOT_YET: Final[frozenset[str]] = frozenset()
+
+
+class ExtensometerModel(Model):
+    """Pins in stitches, a pair along each axis that is measured; stitches are counted from 0."""
+
+    course: list[int] | None = Field(default=None, min_length=2, max_length=2, description=PAIR)
+    wale: list[int] | None = Field(default=None, min_length=2, max_length=2, description=PAIR)
+    pile: list[int] | None = Field(default=None, min_length=2, max_length=2, description=PAIR)
 
 
 class LogModel(Model):
@@ -37,6 +47,11 @@ class LogModel(Model):
     seed: int = Field(default=0, description="a whole number from 0")
     clock_offset: Time | None = Field(default=None, description=allowed("time"))
     clock_skew: float | None = Field(default=None, description="a number such as 2e-5")
+
+
+def _extensometer_branch(value: object) -> str:
+    """Return the branch of the union: on or off, or pins in chosen stitches."""
+    return f"{BRANCH}pins" if isinstance(value, dict) else f"{BRANCH}switch"
 
 
 def _materials_branch(value: object) -> str:
@@ -63,6 +78,13 @@ class ProtocolModel(Model):
         description="hold, free or follow on biaxial-hook and triaxial; elsewhere free, which need not be said",
     )
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
+    extensometer: Annotated[
+        Annotated[Switch, Tag(f"{BRANCH}switch")] | Annotated[ExtensometerModel, Tag(f"{BRANCH}pins")],
+        Discriminator(_extensometer_branch),
+    ] = Field(
+        default=False,
+        description="on, off, or a mapping of the stitches that hold its pins, such as {course: [1, 4]}",
+    )
     materials: Annotated[
         Annotated[str, Tag(f"{BRANCH}file")] | Annotated[dict[str, AnyMaterial], Tag(f"{BRANCH}here")],
         Discriminator(_materials_branch),
@@ -89,6 +111,7 @@ MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "yarn": YarnModel,
         "fused": FusedModel,
         "log": LogModel,
+        "extensometer": ExtensometerModel,
         "sample": SampleModel,
         **STEP_MODELS,
     }

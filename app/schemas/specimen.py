@@ -8,7 +8,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
 from app.schemas.yarns import MeasuredYarnModel, is_measured
-from rigs.protocol.catalogue import Hook
+from rigs.protocol.catalogue import Grips, Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
@@ -129,6 +129,7 @@ class SpecimenModel(Model):
     loop: Length = Field(description=allowed("length"))
     material: Label | None = Field(default=None, description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
+    grips: Grips = Field(default="hooks", description="hooks, or clamps that hold the edge stitches as a whole")
     hook: Hook = Field(default="pin", description="pin or wire")
     pole_friction: float | None = Field(
         default=None, description="a coefficient of friction between hooks and their poles, such as 0.05"
@@ -136,6 +137,10 @@ class SpecimenModel(Model):
     mesh: MeshName | None = Field(default=None, description="draft, default or fine")
     nodes_per_loop: int | None = Field(default=None, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
+    laid_in: Length | None = Field(
+        default=None,
+        description="the contact radius of a straight yarn as laid in, such as 0.3 mm; it grows as the yarn relaxes",
+    )
     yarn: (
         Annotated[
             Annotated[YarnModel, Tag(f"{BRANCH}fibres")] | Annotated[MeasuredYarnModel, Tag(MEASURED)],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.views.curves import curves_of, force_unit, stress_unit
 from app.views.lettering import boxes_allowed, write_plainly
+from app.views.pin_curves import pin_curves
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from app.records.reader import RunReader
     from app.views.curves import Curve, Mark, Part, Role
+    from app.views.pin_curves import PinCurve
     from rigs.axes import Axis
     from rigs.record import SpecimenSize
 
@@ -26,6 +28,8 @@ COLOURS: dict[Axis, str] = {"C": "#0072B2", "W": "#D55E00", "P": "#009E73"}
 NAMES: dict[Axis, str] = {"C": "course", "W": "wale", "P": "pile"}
 #: Curves that lie on each other show through each other's dashes.
 DASHES: dict[Axis, str | tuple[float, tuple[float, ...]]] = {"C": "-", "W": (0, (4, 3)), "P": (0, (2, 2))}
+#: Strain that an extensometer reads.
+PINNED: tuple[float, tuple[float, ...]] = (0, (1, 1.5))
 STYLES: Mapping[Role, str] = {"loading": "-", "unloading": "--", "hold": ":", "held": "-.", "free": "-."}
 ROLE_LABELS: Mapping[Role, str] = {
     "loading": "loading",
@@ -50,7 +54,7 @@ class Entry:
 
     label: str
     colour: str | tuple[float, float, float]
-    style: str = "-"
+    style: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 1.5
     mark: str = ""
 
@@ -76,8 +80,11 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     figure = Figure(figsize=(10.5, 5.4), layout="constrained")
     main, beside = figure.subplots(1, 2, width_ratios=[2, 1])
     force_time, strain_time = _split(beside)
-    _plot_loops(main, curves, run.size)
+    pins = pin_curves(run)
+    _plot_loops(main, curves, run.size, pins)
     _plot_times(force_time, strain_time, curves)
+    for pair in pins:
+        strain_time.plot(pair.time, 100 * pair.strain, color=COLOURS[pair.axis], lw=1.4, ls=PINNED)
     name = run.provenance.get("name")
     heading = f"{name}: effective stress and strain" if name else "Effective stress and strain"
     write_plainly([main.set_title(heading, fontsize=13, loc="left", y=TITLE)])
@@ -194,7 +201,15 @@ def show_legend(axes: Axes, entries: Sequence[Entry]) -> None:
     axes.legend(handles=handles, frameon=False, fontsize=10, loc="best")
 
 
-def _plot_loops(axes: Axes, curves: Sequence[Curve], size: SpecimenSize) -> None:
+def _pin_entries(pins: Sequence[PinCurve]) -> list[Entry]:
+    """Return the entries of a legend for strains that an extensometer reads."""
+    return [
+        Entry(label=f"{NAMES[pair.axis]}, strain between pins", colour=COLOURS[pair.axis], style=PINNED)
+        for pair in pins
+    ]
+
+
+def _plot_loops(axes: Axes, curves: Sequence[Curve], size: SpecimenSize, pins: Sequence[PinCurve]) -> None:
     cycles = sorted({part.cycle for curve in curves for part in curve.parts})
     factor, unit = stress_unit([part.stress for curve in curves for part in curve.parts])
     for curve in curves:
@@ -205,10 +220,13 @@ def _plot_loops(axes: Axes, curves: Sequence[Curve], size: SpecimenSize) -> None
         for part in curve.parts:
             width, share = _cycle_look(cycles.index(part.cycle))
             draw_part(axes, part, factor, ls=STYLES[part.role], color=_tint(colour, share), lw=width)
+    for pair in pins:
+        if pair.stress is not None:
+            axes.plot(100 * pair.strain, factor * pair.stress, color=COLOURS[pair.axis], lw=1.4, ls=PINNED)
     draw_marks(axes, curves, lambda mark: (100 * mark.strain, factor * mark.stress))
     axes.set_xlabel("effective strain [%]", fontsize=12)
     axes.set_ylabel(stress_label(size, unit), fontsize=12)
-    show_legend(axes, legend_of(curves))
+    show_legend(axes, [*legend_of(curves), *_pin_entries(pins)])
 
 
 def _plot_times(force_time: Axes, strain_time: Axes, curves: Sequence[Curve]) -> None:

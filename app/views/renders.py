@@ -15,7 +15,7 @@ from app.views.tubes import fit_window, tube
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from app.views.cameras import View
     from app.views.tubes import Tube, Window
-    from knitlab_core.knits import Specimen
-    from rigs.axes import FloatArray
+    from knitlab_core.knits import PinSpots, SiteSet, Specimen
+    from rigs.axes import Axis, FloatArray, IntArray
     from rigs.record import Frame
 
 AXIAL = "axial strain of the yarn [%]"
@@ -141,8 +141,13 @@ def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:
     return nodes
 
 
-def specimen_picture(specimen: Specimen, path: Path) -> Path:
-    """Draw a specimen as made, coloured by height, with its boundary sites.
+def specimen_picture(
+    specimen: Specimen,
+    path: Path,
+    clamped: Mapping[SiteSet, IntArray] | None = None,
+    pins: Mapping[Axis, PinSpots] | None = None,
+) -> Path:
+    """Draw a specimen as made, coloured by height, with its boundary sites, or with what clamps hold, and with pins.
 
     Parameters
     ----------
@@ -150,6 +155,10 @@ def specimen_picture(specimen: Specimen, path: Path) -> Path:
         Nodes, radius and site sets.
     path : Path
         Path of the PNG to write.
+    clamped : Mapping, optional
+        Nodes in the jaws of clamps by edge; they are marked in the place of the sites.
+    pins : Mapping, optional
+        Pins of an extensometer by axis.
 
     Returns
     -------
@@ -157,6 +166,8 @@ def specimen_picture(specimen: Specimen, path: Path) -> Path:
         The same path.
     """
     from app.views.plotting import save  # noqa: PLC0415 (as above)
+
+    marked = clamped or specimen.sites
 
     layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
     title = (
@@ -171,19 +182,23 @@ def specimen_picture(specimen: Specimen, path: Path) -> Path:
     strands = [len(strand) for strand in specimen.strands]
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
     # A knit with hundreds of sites must still be seen behind them.
-    size = min(7.0, 60.0 / np.sqrt(max(1, sum(len(indices) for indices in specimen.sites.values()))))
+    size = min(7.0, 60.0 / np.sqrt(max(1, sum(len(indices) for indices in marked.values()))))
     cell, middle = lengths_of(specimen), middle_of(specimen.nodes)
     seen = seen if cell is None else with_images(seen, cell)
 
     def add(figure: Figure) -> None:
-        for name, indices in specimen.sites.items():
+        for name, indices in marked.items():
             x, y, _ = 1e3 * view.seen(specimen.nodes[indices]).T
             colour = SITE_COLOURS.get(name, "black")
             figure.axes[0].plot(x, y, "o", ms=size, mfc=colour, mec="white", mew=size / 7, label=name, zorder=3)
+        for axis, spots in (pins or {}).items():
+            x, y, _ = 1e3 * view.seen(spots.places(specimen.nodes)).T
+            figure.axes[0].plot(x, y, "D:", ms=8, color="black", mfc="white", label=f"pins {axis}", zorder=4)
         if cell is not None:
             outline(figure.axes[0], middle, cell)
-        if specimen.sites:
-            figure.legend(loc="outside lower center", ncols=4, frameon=False, title="boundary sites")
+        if marked or pins:
+            what = "held by clamps" if clamped else "boundary sites"
+            figure.legend(loc="outside lower center", ncols=4, frameon=False, title=what)
 
     window = None if cell is None else window_of([middle], [cell])
     return save(draw([seen], [title], f"height z [{letter}m]", add, view=view, window=window), path)

@@ -17,7 +17,7 @@ from knitlab_core.materials import MeasuredYarn
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.checks.dry_run import SpecimenFacts
+    from app.checks.specimen_facts import SpecimenFacts
     from app.records.results import Figure
     from knitlab_core.materials import Substance, Value
     from rigs.analysis.clasps import ClaspLoss
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rigs.step_record import StepRecord
 
 _MOST_LINES: Final = 40
+_BETWEEN: Final = {"hooks": "hook to hook", "clamps": "between clamps"}
 
 
 def print_json(data: object) -> None:
@@ -52,6 +53,7 @@ def specimen_data(protocol: Protocol, facts: SpecimenFacts) -> dict[str, Any]:
         "fibre_radius_m": facts.fibre_radius,
         "clearance_m": facts.clearance,
         "gauge_lengths_m": dict(facts.gauge_lengths),
+        "pins_m": dict(facts.pins),
         "locking_strain": facts.locking_strain,
         "clasps": dict(facts.clasps),
     }
@@ -86,8 +88,12 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
             f"{facts.yarn_length:.4g} m, radius in contact {1e3 * facts.fibre_radius:.4g} mm, {facts.nodes} nodes",
         ),
         ("fibres", yarn_label(spec)),
-        ("clearance", f"{1e3 * facts.clearance:.4g} mm between surfaces"),
-        ("hook to hook", ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items())),
+        ("clearance", _clearance(facts)),
+        (
+            _BETWEEN[protocol.grips],
+            ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items()),
+        ),
+        *_pins(protocol, facts),
         ("clasps", _clasps(facts)),
         ("arc-length budget", budget),
         *(beyond_elastic(spec) or {"beyond elastic": ELASTIC}).items(),
@@ -103,6 +109,22 @@ def _loop_budgets(spec: SpecimenSpec) -> str:
         return "unknown: which parts of the yarn are loops is not known"
     ends = [f"{axis} loops {loop.locking:.1%}" for axis, loop in budgets.items()]
     return f"used up at {', '.join(ends)} equibiaxial strain (rough estimate, of planar loops)"
+
+
+def _clearance(facts: SpecimenFacts) -> str:
+    """Return how far the surfaces of strands are apart, or by how much they overlap as laid in."""
+    if facts.clearance < 0.0:
+        return f"none: surfaces overlap by {-1e3 * facts.clearance:.4g} mm as laid in, before the yarn relaxes"
+    return f"{1e3 * facts.clearance:.4g} mm between surfaces"
+
+
+def _pins(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:
+    """Return the line that says where the pins of the extensometer are; none without one."""
+    if protocol.extensometer is None:
+        return []
+    places = protocol.extensometer.places(protocol.specimen.counts)
+    pairs = (f"{axis} {1e3 * facts.pins[axis]:.4g} mm between {place}" for axis, place in places.items())
+    return [("extensometer", "; ".join(pairs))]
 
 
 def _clasps(facts: SpecimenFacts) -> str:

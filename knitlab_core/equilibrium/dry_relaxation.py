@@ -80,7 +80,7 @@ def knit_in(
     What relaxes (Prony) has done so when the test begins: it stores and carries what lasts.
     """
     model = work.model
-    settled = _settled(model)
+    settled = settled_rods(model)
     curvature, twist = np.zeros((len(state.q), 2)), np.zeros(len(state.q))
     measure_strains(state.q, settled.is_inner, state.frames, curvature, twist)
 
@@ -101,14 +101,14 @@ def knit_in(
         if not still and control.rejects(change):
             continue
         if found is None or change > LARGEST_CHANGE:
-            found, report = _follow_down(work, last, rods, options, to, reach)
+            found, report = follow_down(work, last, rods, options, to, reach)
         control.accept(to, change)
         at, last = to, idle(found)
         yield at, last, replace(report, iterations=work.clock.iterations - spent)
         spent = work.clock.iterations
 
 
-def _follow_down(
+def follow_down(
     work: Workspace, state: State, rods: Rods, options: Options, share: float, reach: float
 ) -> tuple[State, Report]:
     """Return the equilibrium that loops come to which snap, with the fixtures where they are, and the last search."""
@@ -122,7 +122,7 @@ def _follow_down(
     raise ConvergenceError(Failure.of(work, state, report, share, "relaxing into the knit"))
 
 
-def _settled(model: Model) -> Rods:
+def settled_rods(model: Model) -> Rods:
     """Return rods with no more stiffness than lasts."""
     if model.bonds is not None:
         raise SpecificationError("model.bonds", f"{model.bonds.a.size} fused points", "none in a yarn to be knitted in")

@@ -19,21 +19,35 @@ mesh        where the nodes are
 specimen    nodes in metres, checked
 cell        ... of a periodic cell, which has no edges
 plates      which of them a load plate is printed around
+clamps      ... which of them the jaws of clamps hold
+pins        spots of stitches that are followed through a test
 wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.cell import is_planar, knit_cell
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
-from knitlab_core.knits.clasp import ClaspNodes, clasp_counts, clasp_nodes, clasp_numbers, clasps_held, joined_clasps
+from knitlab_core.knits.clamps import Clamps, clamp_faces, clamp_nodes
+from knitlab_core.knits.clasp import (
+    ClaspNodes,
+    clasp_counts,
+    clasp_nodes,
+    clasp_numbers,
+    clasp_place,
+    clasps_held,
+    clasps_hold,
+    joined_clasps,
+    parted_at,
+)
 from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.distance import Approach, closest_approach
-from knitlab_core.knits.fabric import Clasps, Counts, Fabric, LoopBudget, PlateRoom
+from knitlab_core.knits.fabric import Clasps, Counts, Fabric, LoopBudget, Pin, PlateRoom
 from knitlab_core.knits.fibre_clearance import FibreClearance, check_fibres
 from knitlab_core.knits.fibres import Yarn, fibre_strands, same_area
 from knitlab_core.knits.filament import Filament
 from knitlab_core.knits.loop_shape import locking_strain
 from knitlab_core.knits.own_centreline import OwnCentreline
+from knitlab_core.knits.pins import PinSpots, pin_spots
 from knitlab_core.knits.planar import planar_line
 from knitlab_core.knits.plates import Plates, plate_nodes
 from knitlab_core.knits.registry import fabric_named, fabric_names, register
@@ -49,6 +63,7 @@ __all__ = [
     "Approach",
     "Cell",
     "Centreline",
+    "Clamps",
     "ClaspNodes",
     "Clasps",
     "Counts",
@@ -58,6 +73,8 @@ __all__ = [
     "LoopBudget",
     "LoopWires",
     "OwnCentreline",
+    "Pin",
+    "PinSpots",
     "PlateRoom",
     "Plates",
     "Site",
@@ -68,10 +85,14 @@ __all__ = [
     "Yarn",
     "check_clearance",
     "check_fibres",
+    "clamp_faces",
+    "clamp_nodes",
     "clasp_counts",
     "clasp_nodes",
     "clasp_numbers",
+    "clasp_place",
     "clasps_held",
+    "clasps_hold",
     "closest_approach",
     "fabric_named",
     "fabric_names",
@@ -81,6 +102,8 @@ __all__ = [
     "knit_cell",
     "knit_specimen",
     "locking_strain",
+    "parted_at",
+    "pin_spots",
     "planar_line",
     "plate_nodes",
     "register",

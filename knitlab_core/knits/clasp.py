@@ -18,7 +18,7 @@ from knitlab_core.knits.crossing import crossing_numbers
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from knitlab_core.arrays import FloatArray, IndexArray
+    from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
     from knitlab_core.knits.specimen import Specimen
 
 
@@ -75,11 +75,57 @@ def clasps_held(nodes: FloatArray, clasps: Mapping[str, ClaspNodes]) -> dict[str
     clasps : Mapping of str to ClaspNodes
         Where the clasps are, as `clasp_nodes` says it.
     """
+    return {joined: int(np.sum(hold)) for joined, hold in clasps_hold(nodes, clasps).items()}
+
+
+def clasps_hold(nodes: FloatArray, clasps: Mapping[str, ClaspNodes]) -> dict[str, BoolArray]:
+    """Return which clasps hold, by what is joined; shapes are those of the fabric's `clasps`.
+
+    Parameters
+    ----------
+    nodes : FloatArray
+        Node positions (N, 3), as built or deformed, any unit.
+    clasps : Mapping of str to ClaspNodes
+        Where the clasps are, as `clasp_nodes` says it.
+    """
     found = {}
     for joined, places in clasps.items():
         left, right = np.moveaxis(_numbers(nodes, places), -1, 0)
-        found[joined] = int(np.sum((np.abs(left) == 1) & (right == -left)))
+        found[joined] = (np.abs(left) == 1) & (right == -left)
     return found
+
+
+def clasp_place(joined: str, index: tuple[int, ...]) -> str:
+    """Return the place of a clasp in words, from its index in the fabric's `clasps` of what is joined.
+
+    Examples
+    --------
+    >>> clasp_place("rows", (0, 2)), clasp_place("rows", (1, 0, 2)), clasp_place("layers", (0, 1, 2))
+    ('rows 0 and 1 at loop 2', 'rows 0 and 1 at stitch 2 of layer 1', 'layers 0 and 1 at stitch 2 of row 1')
+    """
+    if joined == "layers":
+        layer, row, stitch = index
+        return f"layers {layer} and {layer + 1} at stitch {stitch} of row {row}"
+    *layers, row, loop = index
+    where = f"stitch {loop} of layer {layers[0]}" if layers else f"loop {loop}"
+    return f"rows {row} and {row + 1} at {where}"
+
+
+def parted_at(hold: Mapping[str, BoolArray]) -> str:
+    """Return in words which neighbouring rows or layers no clasp holds together; empty where all are held.
+
+    Parameters
+    ----------
+    hold : Mapping of str to BoolArray
+        Which clasps hold, as `clasps_hold` gives it.
+    """
+    for joined, held in hold.items():
+        pairs = held.ndim - 2 if joined == "rows" else 0
+        others = tuple(axis for axis in range(held.ndim) if axis != pairs)
+        loose = np.flatnonzero(~held.any(axis=others))
+        if len(loose):
+            return f"{joined} {loose[0]} and {loose[0] + 1}"
+    return ""
 
 
 def clasp_counts(specimen: Specimen) -> dict[str, int]:

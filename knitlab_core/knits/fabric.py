@@ -49,6 +49,17 @@ class LoopBudget(NamedTuple):
     """By how much the locking strain may be off, rms [1]."""
 
 
+class Pin(NamedTuple):
+    """Stitch that a pin is in, counted from 0."""
+
+    row: int
+    """Along the wale."""
+    loop: int
+    """In the row, along the course."""
+    layer: int = 0
+    """Along the pile."""
+
+
 class PlateRoom(NamedTuple):
     """Room for two load plates to be printed around [loop widths]."""
 
@@ -129,6 +140,15 @@ class Fabric(Protocol):
         ----------
         fibre_radius : float
             Radius of the yarn where strands cross: of a yarn of fibres another than its own [loop widths].
+        """
+
+    def leg(self, line: Centreline, counts: Counts, pin: Pin) -> float | None:
+        """Return the arc length of the middle of a stitch's leg at +x [loop widths]; None where no stitch is known."""
+
+    def clamp_faces(self, counts: Counts) -> Mapping[Axis, tuple[float, float]]:
+        """Return where jaws end that hold the outermost stitches of the two edges along each axis [loop widths].
+
+        They are coordinates of the centreline, between these stitches and the next; empty where clamps cannot hold.
         """
 
     def plate_room(self, counts: Counts) -> PlateRoom | None:

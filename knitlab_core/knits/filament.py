@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, Pin, PlateRoom
 
 LARGEST_RADIUS: Final = 0.1
 """Largest radius of a filament, in its lengths."""
@@ -96,6 +96,14 @@ class Filament:
 
     def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (it has no loops)
         """Return nothing: it has no loops."""
+        return {}
+
+    def leg(self, line: Centreline, counts: Counts, pin: Pin) -> float | None:  # noqa: ARG002 (it has no loops)
+        """Return None: it has no stitches."""
+        return None
+
+    def clamp_faces(self, counts: Counts) -> Mapping[Axis, tuple[float, float]]:  # noqa: ARG002 (it has no loops)
+        """Return nothing: it has no stitches, and its ends are held in any case."""
         return {}
 
     def plate_room(self, counts: Counts) -> PlateRoom | None:  # noqa: ARG002 (it has no loops)

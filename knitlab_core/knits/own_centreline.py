@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.arrays import FloatArray
     from knitlab_core.axes import Axis
-    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, Pin, PlateRoom
 
 SITE_SETS: Final[tuple[SiteSet, ...]] = get_args(SiteSet)
 FEWEST_POINTS: Final = 8
@@ -159,6 +159,14 @@ class OwnCentreline:
 
     def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (as above)
         """Return nothing: which stretches are loops is not known."""
+        return {}
+
+    def leg(self, line: Centreline, counts: Counts, pin: Pin) -> float | None:  # noqa: ARG002 (as above)
+        """Return None: which stretches are stitches is not known."""
+        return None
+
+    def clamp_faces(self, counts: Counts) -> Mapping[Axis, tuple[float, float]]:  # noqa: ARG002 (as above)
+        """Return nothing: where its stitches are is not known."""
         return {}
 
     def plate_room(self, counts: Counts) -> PlateRoom | None:  # noqa: ARG002 (as above)

@@ -14,7 +14,7 @@ from knitlab_core.knits.clearance import check_clearance
 from knitlab_core.knits.fabric import LoopBudget
 from knitlab_core.knits.loop_shape import LoopShape, locking_strain
 from knitlab_core.knits.pieces import Row, Turn
-from knitlab_core.knits.planar import HOOK_ANGLE, knit_middle, planar_clasps, planar_line, stitch_clasp
+from knitlab_core.knits.planar import HOOK_ANGLE, arc_length_at, knit_middle, planar_clasps, planar_line, stitch_clasp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, PlateRoom
+    from knitlab_core.knits.fabric import Clasps, Counts, Pin, PlateRoom
     from knitlab_core.knits.planar import PlanarRow
 
 
@@ -107,6 +107,14 @@ class Stitch(LoopShape):
     def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budget of its loops, which reach along the wale."""
         return {"W": planar_budget(self, fibre_radius)}
+
+    def leg(self, line: Centreline, counts: Counts, pin: Pin) -> float | None:  # noqa: ARG002 (rows are known)
+        """Return the arc length of the middle of a stitch's leg at +x [loop widths]."""
+        return float(arc_length_at(self, counts.loops, pin.row, np.array([np.pi * (2 * pin.loop + 0.5)]))[0])
+
+    def clamp_faces(self, counts: Counts) -> Mapping[Axis, tuple[float, float]]:
+        """Return the middles between the outermost stitches and the next, where heads hold the feet beyond."""
+        return {"C": (0.5, counts.loops - 1.5), "W": (0.5 * self.row_spacing, (counts.rows - 1.5) * self.row_spacing)}
 
     def plate_room(self, counts: Counts) -> PlateRoom | None:  # noqa: ARG002 (whatever they are)
         """Return None: it has no loops along the pile."""

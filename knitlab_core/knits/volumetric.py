@@ -26,6 +26,7 @@ from knitlab_core.knits.volumetric_row import VolumetricRow, wale_sign
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.knits.distance import Approach
+    from knitlab_core.knits.fabric import Pin
     from knitlab_core.knits.volumetric_shape import VolumetricShape
 
 MOST_STITCHES: Final = 125_000
@@ -153,6 +154,14 @@ def volumetric_clasps(
         "rows": Clasps(*(arcs[:, 0::2].reshape(layers, rows - 1, loops, arcs.shape[-1]) for arcs in between)),
         "layers": Clasps(*(arcs[:, 1::2].reshape(layers - 1, rows, loops, arcs.shape[-1]) for arcs in above)),
     }
+
+
+def wale_leg(stitch: VolumetricShape, line: Centreline, pin: Pin, *, rows: int, loops: int) -> float:
+    """Return the arc length of the middle of the leg at +x of a stitch's wale loop [loop widths]."""
+    number = row_number(pin.row, pin.layer, rows)
+    row = numbered_row(stitch, number, rows, loops)
+    within = row.arc_length(np.array([pin.loop]), pile=False, t=np.array([0.5 * np.pi]))
+    return float(line.starts[2 * number] + within[0])
 
 
 def _placed(line: Centreline, row: VolumetricRow, number: int) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,13 @@ from knitlab_core.knits.arclength import yarn_per_loop
 from knitlab_core.knits.fabric import PlateRoom
 from knitlab_core.knits.planar import HOOK_ANGLE, stitch_clasp
 from knitlab_core.knits.stitch import planar_budget
-from knitlab_core.knits.volumetric import check_volumetric_clearance, volumetric, volumetric_clasps, volumetric_middle
+from knitlab_core.knits.volumetric import (
+    check_volumetric_clearance,
+    volumetric,
+    volumetric_clasps,
+    volumetric_middle,
+    wale_leg,
+)
 from knitlab_core.knits.volumetric_shape import VolumetricShape
 
 if TYPE_CHECKING:
@@ -21,7 +27,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget
+    from knitlab_core.knits.fabric import Clasps, Counts, LoopBudget, Pin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +85,14 @@ class VolumetricStitch(VolumetricShape):
     def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
         """Return the arc-length budgets of wale and pile loops, as planar ones."""
         return {"W": planar_budget(self.wale_loop, fibre_radius), "P": planar_budget(self.pile_loop, fibre_radius)}
+
+    def leg(self, line: Centreline, counts: Counts, pin: Pin) -> float | None:
+        """Return the arc length of the middle of the leg at +x of a stitch's wale loop [loop widths]."""
+        return wale_leg(self, line, pin, rows=counts.rows, loops=counts.loops)
+
+    def clamp_faces(self, counts: Counts) -> Mapping[Axis, tuple[float, float]]:  # noqa: ARG002 (planar knits alone)
+        """Return nothing: clamps hold planar knits."""
+        return {}
 
     def plate_room(self, counts: Counts) -> PlateRoom | None:
         """Return the room of plates around pile loops.

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
+
+from knitlab_core.knits import clasp_place, parted_at
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy.typing as npt
+
     from rigs.axes import Axis
     from rigs.record import Equilibrium, SpecimenSize
     from rigs.trace import Trace
+
+Holding: TypeAlias = "Mapping[str, npt.NDArray[np.bool_]]"
+
+MOST_PLACES: Final = 12
+"""Places of lost clasps that are named."""
 
 COLUMN: Final = "clasps_"
 """How the columns of a trace begin that count the clasps that hold; what is joined follows, ``rows`` or ``layers``."""
@@ -33,7 +42,9 @@ class ClaspLoss:
     strain : Mapping
         Effective strain of the specimen along each driven axis [1].
     lost, held, mounted : int
-        Clasps that let go at this row, that hold still, and that held as mounted.
+        Clasps that let go at this row, that hold still, and that held before: as mounted, or as laid in.
+    places : str
+        Where, in words; empty where only their number is known. It is known of those that let go before the test.
     """
 
     joined: str
@@ -43,9 +54,16 @@ class ClaspLoss:
     lost: int
     held: int
     mounted: int
+    places: str = ""
 
     def __str__(self) -> str:
         """Return one line for the user."""
+        if self.places:
+            count = "a clasp" if self.lost == 1 else f"{self.lost} clasps"
+            return (
+                f"{count} between {self.joined} let go as the yarn relaxed: {self.places}; "
+                f"{self.held} of {self.mounted} hold"
+            )
         where = ", ".join(f"{axis} {100 * value:.1f} %" for axis, value in self.strain.items())
         count = "a clasp" if self.lost == 1 else f"{self.lost} clasps"
         return (
@@ -63,8 +81,52 @@ class ClaspLoss:
             "lost": self.lost,
             "held": self.held,
             "mounted": self.mounted,
+            "places": self.places,
             "text": str(self),
         }
+
+
+def lost_as_mounted(laid: Holding, mounted: Holding) -> tuple[ClaspLoss, ...]:
+    """Return the clasps that a knit lost before its test, as its yarn relaxed, with their places.
+
+    Parameters
+    ----------
+    laid, mounted : Mapping of str to array
+        Which clasps are found to hold as laid in and as mounted, by what is joined, as `clasps_hold` gives it. A coarse
+        mesh may miss some of the knit as laid in; they are not lost.
+    """
+    found = []
+    for joined, held in mounted.items():
+        lost = [clasp_place(joined, tuple(map(int, index))) for index in np.argwhere(laid[joined] & ~held)]
+        if lost:
+            more = "" if len(lost) <= MOST_PLACES else f" and {len(lost) - MOST_PLACES} more"
+            found.append(
+                ClaspLoss(
+                    joined=joined,
+                    row=0,
+                    time=0.0,
+                    strain={},
+                    lost=len(lost),
+                    held=int(laid[joined].sum()) - len(lost),
+                    mounted=int(laid[joined].sum()),
+                    places=", ".join(lost[:MOST_PLACES]) + more,
+                )
+            )
+    return tuple(found)
+
+
+def unravelled(laid: Holding, now: Holding) -> str:
+    """Return as a message which neighbouring rows or layers no clasp holds together any more; empty if all are held.
+
+    Parameters
+    ----------
+    laid, now : Mapping of str to array
+        Which clasps are found to hold as laid in and now. A mesh so coarse that some are missed as laid in says
+        nothing.
+    """
+    where = parted_at(now) if all(held.all() for held in laid.values()) else ""
+    left = ", ".join(f"{held.sum()} of {held.size} clasps between {joined}" for joined, held in now.items())
+    return where and f"the knit unravelled: nothing holds {where} together; {left} hold"
 
 
 @dataclass(slots=True, kw_only=True)

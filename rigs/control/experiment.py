@@ -106,6 +106,8 @@ def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Out
         still = Stroke(start=session.crosshead, end=session.crosshead, duration=0.0, phase="Zero", cycle=1, force={})
         yield session.accept(session.reach(session.displacement), still, session.crosshead)
         yield session.frame()
+        if session.parted():
+            return Outcome(end="unravelled", message=f"nothing to test as mounted: {session.parted()}")
     done = Outcome(end="target")
     for leaf in unrolled(planner.protocol.steps):
         if leaf.number < session.cursor.leaf:
@@ -115,6 +117,8 @@ def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Out
             return Outcome(end=ending.end, message=ending.message)
         if ending is not None and ending.end in {"rupture", "slipped"} and leaf.step.to_rupture:
             done = Outcome(end=ending.end, message=ending.message)
+    if done.end == "target" and session.parted():
+        return Outcome(end="unravelled", message=session.parted())
     return done
 
 

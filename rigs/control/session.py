@@ -7,7 +7,8 @@ from math import floor
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from knitlab_core.equilibrium.stopwatch import Cost
-from knitlab_core.knits import clasp_nodes, clasps_held
+from knitlab_core.knits import clasp_nodes, clasps_held, clasps_hold
+from rigs.analysis.clasps import unravelled
 from rigs.control.checkpoint import checkpoint_of
 from rigs.control.path import AxisPath, follow, with_jumps
 from rigs.control.resume_point import END, START
@@ -186,6 +187,8 @@ class Session:
             crosshead=crosshead,
             force=reading.force,
             lateral_force=reading.lateral,
+            fixture_force=reading.fixture,
+            pin_distance=reading.pins,
             elastic_stretch=stretch,
             elastic_bend=bend,
             elastic_twist=twist,
@@ -277,6 +280,11 @@ class Session:
                 passed = f"{channel.name} passed its limit of {channel.limit:g} {channel.unit}"
                 return StopReason(end="limit", message=f"{passed} at {self.whereabouts()}", test=True)
         return None
+
+    def parted(self) -> str:
+        """Return as a message which rows or layers no clasp holds together any more; empty if all are held."""
+        laid, now = (clasps_hold(x, self.clasps) for x in (self.rig.specimen.nodes, self.state.q[:, :3]))
+        return unravelled(laid, now)
 
     def whereabouts(self) -> str:
         """Return the strains of the axes as text."""

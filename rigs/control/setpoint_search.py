@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from rigs.control.path import PathPoint
     from rigs.control.root_finding import Function
     from rigs.control.session import Session
-    from rigs.machines.rig import LoadTrain, Rig
+    from rigs.machines.load_train import LoadTrain
+    from rigs.machines.rig import Rig
 
 FORCE_TOLERANCE: Final = 5e-4
 """A force is met within this share of itself; a force of zero within as much of the largest on the rig."""

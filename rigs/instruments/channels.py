@@ -10,7 +10,7 @@ It is sampled at the ticks of its instrument's own clock, which may be set late 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from rigs.trace import Trace
 
 
+EXTENSOMETER: Final = "Extensometer"
+"""What the names of the channels begin with that read the distance of pins; the axis follows."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channel:
     """Channel apart from its values.
@@ -51,8 +55,8 @@ class Channel:
         Name in the log, ``XForce``; it also keys the channel's stream of noise.
     reads : str
         Column of the equilibria that the sensor feels, ``force_C``.
-    kind : Kind
-        What ``zero`` calls it in a protocol.
+    kind : Kind or 'pins'
+        What ``zero`` calls it in a protocol; the distance of pins is never zeroed.
     unit : str
         SI unit of its values.
     limit : float
@@ -71,7 +75,7 @@ class Channel:
 
     name: str
     reads: str
-    kind: Kind
+    kind: Kind | Literal["pins"]
     unit: str
     limit: float
     noise: float

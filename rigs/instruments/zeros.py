@@ -82,6 +82,16 @@ def zeroed(values: FloatArray, time: FloatArray, kind: Channel, zeroings: Iterab
     return values - zero_offset(time, values, [zeroing.time for zeroing in zeroings if kind in zeroing.kinds])
 
 
+def pin_strain(distance: FloatArray, time: FloatArray, zeroings: Iterable[Zeroing]) -> FloatArray:
+    """Return the strain between two pins [1], (n,), from their distance [m] at some times [s].
+
+    It counts from the last zero of displacement, before the first from the specimen as mounted.
+    """
+    begun = zero_offset(time, distance, [zeroing.time for zeroing in zeroings if "displacement" in zeroing.kinds])
+    strain: FloatArray = distance / np.where(begun == 0.0, distance[0], begun) - 1.0
+    return strain
+
+
 def gauge_lengths_taken(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> list[Zeroing]:
     """Return the zeroings at which a gauge length changed, in the order of time; none where all are as printed."""
     found, now = [], dict(size.extents)

@@ -21,7 +21,7 @@ from rigs.instruments.samples import around, parts_of
 from rigs.instruments.signals import stamps
 from rigs.jumps import joined
 from rigs.logs.dialect import Column, Dialect
-from rigs.logs.logged import Log
+from rigs.logs.logged import Log, pin_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,6 +49,8 @@ _ON_SHEET: Final = Dialect(
     ),
     delimiter="\t",
 )
+PINS: Final = Column(name="Extensometer {axis}", channel="")
+"""Read with the displacement; no reader of published files expects it, so it comes last."""
 DIALECT: Final = replace(_ON_SHEET, name="alemnis-tsv")
 
 
@@ -116,6 +118,7 @@ def _lines(table: Table, compliance: float) -> Iterator[Channels]:
             "Corrected load": load,
             "Raw displacement": travel + samples.offset["Displacement"],
             "Raw load": load + samples.offset["Force"],
+            **{name: samples.measured[name] for name in pin_names(samples)},
         }
         times, fresh = _stamps(late, time)
         load_times, load_fresh = _stamps(load_late, load_time)
@@ -140,6 +143,7 @@ LOG: Final = Log(
     machines=(MACHINE,),
     place="{sample}.xlsx",
     gather=gather,
+    pins=PINS,
     about="the nanoindenter's workbook, as Alemnis'",
     kind="sheet",
 )
@@ -148,5 +152,6 @@ AS_TEXT: Final = Log(
     machines=(MACHINE,),
     place="{sample}.tsv",
     gather=gather,
+    pins=PINS,
     about="the same columns as text between tabs",
 )

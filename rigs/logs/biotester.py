@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
 from rigs.logs.dialect import Column, Dialect
-from rigs.logs.logged import Log
+from rigs.logs.logged import Log, pin_channels
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -81,6 +81,7 @@ def _shown(test: Logged, samples: Samples) -> Channels:
         "YDisplacement": y.tolist(),
         "XForce": samples.measured["XForce"].tolist(),
         "YForce": samples.measured["YForce"].tolist(),
+        **pin_channels(samples),
     }
 
 
@@ -89,5 +90,6 @@ LOG: Final = Log(
     machines=("biaxial-hook",),
     place="{sample}.csv",
     gather=gather,
+    pins=Column(name="Extensometer{axis}_{unit}", channel="", unit="um", form=".0f"),
     about="the biaxial stage's, as CellScale's BioTester",
 )

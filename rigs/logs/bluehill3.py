@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 from rigs.instruments.samples import parts_of
 from rigs.instruments.zeros import gauge_lengths_taken
 from rigs.logs.dialect import Column, Dialect, Fact
-from rigs.logs.logged import Log, axis_of
+from rigs.logs.logged import Log, axis_of, pin_channels
 from rigs.logs.strokes import OUTWARD, counts, rises, segments
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from rigs.instruments.samples import Table
     from rigs.logs.dialect import Channels
     from rigs.logs.logged import Facts, Logged
+
+PINS: Final = Column(name="Extensometer {axis}", channel="", below="({unit})", unit="mm", form=".5f")
 
 DIALECT: Final = Dialect(
     name="bluehill3",
@@ -78,6 +80,7 @@ def _numbered(table: Table) -> Iterator[Channels]:
             "Load": samples.measured["Force"].tolist(),
             "Segment": numbers,
             "Count": counts(found, first, first + len(samples)),
+            **pin_channels(samples),
         }
         first, segment = first + len(samples), numbers[-1]
 
@@ -87,5 +90,6 @@ LOG: Final = Log(
     machines=("uniaxial-frame",),
     place="{sample}.is_tcyclic_RawData/Specimen_RawData_1.csv",
     gather=gather,
+    pins=PINS,
     about="the frame's cycles, as Instron's Bluehill 3",
 )

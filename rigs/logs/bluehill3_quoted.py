@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final
 from rigs.instruments.samples import parts_of
 from rigs.instruments.zeros import size_in_time
 from rigs.logs.dialect import Column, Dialect, Fact
-from rigs.logs.logged import Log, axis_of
+from rigs.logs.logged import Log, axis_of, pin_channels
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from rigs.instruments.samples import Samples
     from rigs.logs.dialect import Channels
     from rigs.logs.logged import Facts, Logged
+
+PINS: Final = Column(name="Extensometer {axis}", channel="", below="({unit})", unit="mm", form=",.5f", quoted=True)
 
 COLUMNS: Final = (
     Column(name="Time", channel="Time", below="({unit})", unit="s", form=",.5f", quoted=True),
@@ -60,6 +62,7 @@ def shown(test: Logged, samples: Samples) -> dict[str, list[float]]:
         "Load": load.tolist(),
         "Strain": (travel / size.extents[axis]).tolist(),
         "Stress": (load / size.section(axis)).tolist(),
+        **pin_channels(samples),
     }
 
 
@@ -68,5 +71,6 @@ LOG: Final = Log(
     machines=("uniaxial-frame",),
     place="{sample}.is_tens_RawData/Specimen_RawData_1.csv",
     gather=gather,
+    pins=PINS,
     about="the frame's with strain and stress, as Instron's Bluehill 3",
 )

@@ -68,5 +68,6 @@ LOG: Final = Log(
     machines=("uniaxial-frame",),
     place="{sample}.is_tens_Exports/{sample}_1.csv",
     gather=gather,
+    pins=bluehill3_quoted.PINS,
     about="the frame's results table and raw data, as Instron's Bluehill 3",
 )

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.instruments.samples import parts_of
 from rigs.logs.dialect import Column, Dialect
-from rigs.logs.logged import Log
+from rigs.logs.logged import Log, pin_channels
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rigs.logs.dialect import Channels
     from rigs.logs.logged import Facts, Logged
+
+PINS: Final = Column(name="Extensometer {axis}", channel="", below="({unit})", unit="mm", form=".4f", trimmed=True)
 
 DIALECT: Final = Dialect(
     name="bluehill-universal",
@@ -38,6 +40,7 @@ def gather(test: Logged) -> tuple[Iterator[Channels], Facts]:
             "Time": samples.time.tolist(),
             "Displacement": samples.measured["Displacement"].tolist(),
             "Force": samples.measured["Force"].tolist(),
+            **pin_channels(samples),
         }
         for samples in parts_of(test.samples["uniaxial-frame"])
     )
@@ -49,5 +52,6 @@ LOG: Final = Log(
     machines=("uniaxial-frame",),
     place="{sample}.is_tcyclic_Exports/{sample}_1.csv",
     gather=gather,
+    pins=PINS,
     about="the frame's, as Instron's Bluehill Universal",
 )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from knitlab_core.errors import SpecificationError
+from rigs.axes import AXES
+from rigs.instruments.channels import EXTENSOMETER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis
     from rigs.instruments.samples import Samples, Table
     from rigs.instruments.zeros import Zeroing
-    from rigs.logs.dialect import Channels, Dialect
+    from rigs.logs.dialect import Channels, Column, Dialect
     from rigs.record import SpecimenSize
 
 Facts: TypeAlias = "Mapping[str, object]"
@@ -76,6 +78,9 @@ class Log:
         What it is, in a few words.
     kind : {'text', 'sheet'}
         Whether the file is text or a workbook.
+    pins : Column or None
+        Form of the columns that an extensometer's channels have, after all others and only where there is one: its
+        name is followed by the axis. None for a log that shows none.
     """
 
     dialect: Dialect
@@ -84,8 +89,31 @@ class Log:
     gather: Callable[[Logged], tuple[Iterable[Channels], Facts]]
     about: str
     kind: Literal["text", "sheet"] = "text"
+    pins: Column | None = None
+
+    def shown(self, test: Logged) -> Dialect:
+        """Return its bytes for a test: the dialect, with a column for each pair of pins that was measured."""
+        if self.pins is None:
+            return self.dialect
+        further = []
+        for machine in self.machines:
+            before = f"{machine}." if len(self.machines) > 1 else ""
+            for name in pin_names(test.samples[machine].part(0, 1)):
+                heading = self.pins.name.replace("{axis}", name.removeprefix(EXTENSOMETER))
+                further.append(replace(self.pins, name=f"{before}{heading}", channel=f"{before}{name}"))
+        return replace(self.dialect, columns=(*self.dialect.columns, *further))
+
+
+def pin_names(samples: Samples) -> list[str]:
+    """Return the names of the extensometer's channels of a machine, the axis last; none without one."""
+    return [name for name in samples.measured if name.startswith(EXTENSOMETER)]
+
+
+def pin_channels(samples: Samples) -> dict[str, list[float]]:
+    """Return the distances of the extensometer's pins, by the channel's name [m]; none without one."""
+    return {name: samples.measured[name].tolist() for name in pin_names(samples)}
 
 
 def axis_of(samples: Samples) -> Axis:
     """Return the axis along which a machine that pulls one axis pulls."""
-    return next(axis for axis in ("C", "W", "P") if any(read.endswith(f"_{axis}") for read in samples.reads.values()))
+    return next(axis for axis in AXES if f"force_{axis}" in samples.reads.values())

@@ -74,5 +74,6 @@ LOG: Final = Log(
     machines=(FRAME, STAGE),
     place="{sample}_merged.csv",
     gather=gather,
+    pins=_column("Extensometer{axis}", "mm"),
     about="stage and frame of the triaxial rig in one table",
 )

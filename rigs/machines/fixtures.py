@@ -1,9 +1,9 @@
 """Boundary conditions of the yarn: unknowns that carriages prescribe, their values, and the forces on carriages.
 
 A fixture that ties nodes of the yarn is a `Grip`. Pins that slide along a pole leave the coordinate along it free;
-a plate that loops are fused into holds every unknown of all their nodes inside it. Wires are strands of their own in
-the solver's model: their nodes come after the yarn's, held but for the coordinate along the pole, and touch the yarn by
-contact. All arrays here are in the solver's units.
+a clamp, or a plate that loops are fused into, holds every unknown of all nodes inside it. Wires are strands of their
+own in the solver's model: their nodes come after the yarn's, held but for the coordinate along the pole, and touch the
+yarn by contact. All arrays here are in the solver's units.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from knitlab_core.knits import plate_nodes
+from knitlab_core.knits import clamp_nodes, plate_nodes
 from rigs.axes import AXES, COORDINATE, SITES
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from knitlab_core.equilibrium.model import Model
-    from knitlab_core.knits import Specimen
+    from knitlab_core.knits import SiteSet, Specimen
     from rigs.axes import Axis, FloatArray, IntArray
-    from rigs.protocol.catalogue import Drive, Held
+    from rigs.protocol.catalogue import Drive, Fixture, Held
 
 Side = Literal[-1, 1]
 
@@ -49,7 +49,7 @@ class Grip:
     held : tuple of bool
         Which of x, y, z and the edge's angle it prescribes at these nodes.
     pole : int or None
-        Coordinate along which the nodes slide; None in a plate.
+        Coordinate along which the nodes slide; None in a clamp or a plate.
     anchored : IntArray, shape (m,)
         Those of the nodes that it holds along the pole too.
     travel : float
@@ -71,13 +71,31 @@ class Grip:
     wires: tuple[IntArray, ...] = ()
 
     @property
+    def rigid(self) -> bool:
+        """Return whether it is a clamp or a plate, which holds its nodes as one body."""
+        return self.pole is None and all(self.held)
+
+    @property
     def all_nodes(self) -> IntArray:
         """Return every node that moves with the carriage, (m,)."""
         return np.concatenate([self.nodes, *self.wires])
 
 
-def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
-    """Return the grips of both faces of an axis: pins that slide along their poles, or plates printed around them.
+def grips_on(
+    specimen: Specimen, axis: Axis, drive: Drive, fixtures: Mapping[Axis, Fixture] | None = None
+) -> tuple[Grip, Grip]:
+    """Return the grips of both faces of an axis: pins that slide along their poles, clamps, or plates printed around.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        The knit.
+    axis : Axis
+        The axis.
+    drive : Drive
+        Its carriages.
+    fixtures : Mapping, optional
+        What holds the faces of every axis that is driven: clamps of two axes end where they would meet.
 
     Returns
     -------
@@ -88,6 +106,9 @@ def grips_on(specimen: Specimen, axis: Axis, drive: Drive) -> tuple[Grip, Grip]:
     if drive.fixture == "plates":
         plates = plate_nodes(specimen)
         edges = [plates.lower, plates.upper]
+    elif drive.fixture == "clamps":
+        clamps = clamp_nodes(specimen, axis, fixtures or ())
+        edges = [clamps.lower, clamps.upper]
     else:
         edges = [specimen.sites[name] for name in SITES[axis]]
     middle = _middle(specimen, edges[0])
@@ -126,6 +147,16 @@ def release(specimen: Specimen, model: Model, driven: Collection[Axis]) -> None:
         for axis, vector in zip(AXES, model.ties.cell, strict=False):
             if axis not in driven:
                 model.fixed[vector, COORDINATE[axis]] = False
+
+
+def clamped_nodes(specimen: Specimen, fixtures: Mapping[Axis, Fixture]) -> dict[SiteSet, IntArray]:
+    """Return the nodes in the jaws of clamps by the edge that they hold; empty without clamps."""
+    found: dict[SiteSet, IntArray] = {}
+    for axis, fixture in fixtures.items():
+        if fixture == "clamps":
+            clamps = clamp_nodes(specimen, axis, fixtures)
+            found |= zip(SITES[axis], (clamps.lower, clamps.upper), strict=True)
+    return found
 
 
 def _middle(specimen: Specimen, nodes: IntArray) -> IntArray:
@@ -196,3 +227,32 @@ def largest_lateral(grip: Grip, reaction: FloatArray) -> float:
         return 0.0
     hooks = (*grip.wires, *grip.nodes[:, None])
     return max(abs(float(reaction[nodes, grip.pole].sum())) for nodes in hooks)
+
+
+def rigid_forces(grip: Grip, reaction: FloatArray) -> dict[str, float]:
+    """Return the force of a clamp or a plate on the specimen along each direction [E r^2]; empty for hooks.
+
+    Parameters
+    ----------
+    grip : Grip
+        The carriage's grip.
+    reaction : FloatArray, shape (N, 4)
+        Force of the fixtures on the yarn [E r^2].
+
+    Returns
+    -------
+    dict of str to float
+        By carriage and direction: ``W+_C`` is the force of the upper wale clamp along the course.
+    """
+    if not grip.rigid:
+        return {}
+    total = reaction[grip.nodes].sum(axis=0)
+    return {
+        name: float(total[COORDINATE[along]])
+        for name, along in zip(rigid_names(grip.axis, grip.side), AXES, strict=True)
+    }
+
+
+def rigid_names(axis: Axis, side: Side) -> list[str]:
+    """Return the names of the forces of a clamp or a plate along C, W and P."""
+    return [f"{axis}{'+' if side > 0 else '-'}_{along}" for along in AXES]

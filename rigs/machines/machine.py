@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from rigs.instruments.channels import Channel, Instrument
+from rigs.instruments.channels import EXTENSOMETER, Channel, Instrument
 from rigs.machines.catalogue import machine_named
-from rigs.protocol.catalogue import arranged
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from rigs.axes import Axis
     from rigs.protocol.catalogue import MachineName
@@ -122,6 +121,8 @@ class MachineData:
         None of a machine without hooks.
     other_cells : tuple of Sensor
         Load cells that can be fitted in the place of ``load_cell``.
+    extensometer : Sensor or None
+        Reads the distance of pins in the fabric [m]; None of a machine that has none.
     """
 
     rig: str
@@ -132,6 +133,7 @@ class MachineData:
     convention: Convention
     pole: Pole | None = None
     other_cells: tuple[Sensor, ...] = ()
+    extensometer: Sensor | None = None
 
     @property
     def cells(self) -> tuple[Sensor, ...]:
@@ -148,9 +150,44 @@ class MachineData:
 
 def instruments_on(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> tuple[Instrument, ...]:
     """Return the instruments of the machines of a protocol's rig."""
-    drives = arranged(protocol.rig, protocol.mount)
-    driven = {name: [axis for axis, drive in drives.items() if drive.machine == name] for name in data}
-    return instruments_of(driven, data, protocol.log)
+    driven = {name: [axis for axis, drive in protocol.drives.items() if drive.machine == name] for name in data}
+    made = instruments_of(driven, data, protocol.log)
+    return tuple(replace(one, channels=(*one.channels, *_pin_channels(one, protocol, data))) for one in made)
+
+
+def pinned(protocol: Protocol) -> dict[MachineName, list[Axis]]:
+    """Return which pairs of pins each machine of a protocol's rig reads.
+
+    Those along the axes that it drives; the first one also those along axes that nothing drives.
+    """
+    drives = protocol.drives
+    first = next(iter(drives.values())).machine
+    found: dict[MachineName, list[Axis]] = {drive.machine: [] for drive in drives.values()}
+    for axis in protocol.extensometer.pairs if protocol.extensometer is not None else ():
+        found[drives[axis].machine if axis in drives else first].append(axis)
+    return found
+
+
+def _pin_channels(
+    instrument: Instrument, protocol: Protocol, data: Mapping[MachineName, MachineData]
+) -> Iterator[Channel]:
+    """Yield the extensometer's channels of an instrument: the distances of pins, which no zero changes."""
+    sensor = data[instrument.name].extensometer
+    if sensor is None:
+        return
+    for axis in pinned(protocol)[instrument.name]:
+        yield Channel(
+            name=f"{EXTENSOMETER}{axis}",
+            reads=f"pin_distance_{axis}",
+            kind="pins",
+            unit="m",
+            limit=sensor.limit.value,
+            noise=sensor.noise.value,
+            resolution=sensor.resolution.value,
+            lag=_value(sensor.lag),
+            drift=_value(sensor.drift),
+            delay=_value(sensor.delay),
+        )
 
 
 def instruments_of(

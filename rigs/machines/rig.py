@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,14 +10,26 @@ import numpy as np
 from knitlab_core.equilibrium.cell_relaxation import relax_cell
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.hook_friction import pole_forces
+from knitlab_core.equilibrium.laying_in import lay_in
 from knitlab_core.equilibrium.model import DECIMALS
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
 from knitlab_core.equilibrium.workspace import Workspace
-from rigs.machines.fixtures import grips_on, ideal_grips, largest_lateral, place, prescribe, pull, release
+from rigs.machines.fixtures import (
+    grips_on,
+    ideal_grips,
+    largest_lateral,
+    place,
+    prescribe,
+    pull,
+    release,
+    rigid_forces,
+    rigid_names,
+)
+from rigs.machines.load_train import load_train
 from rigs.machines.machine import instruments_on
+from rigs.machines.pins import distance, pins_on, stitch_pitch
 from rigs.machines.strands import model_of
 from rigs.machines.wires import hang_on_wires, sliding_hooks
-from rigs.protocol.catalogue import arranged, plated
 from rigs.protocol.specimen import size_of
 
 if TYPE_CHECKING:
@@ -25,46 +37,15 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
-    from knitlab_core.knits import Specimen
+    from knitlab_core.knits import PinSpots, Specimen
     from rigs.axes import Axis, FloatArray
     from rigs.instruments.channels import Instrument
     from rigs.machines.fixtures import Grip
+    from rigs.machines.load_train import LoadTrain
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import Drive, MachineName
     from rigs.protocol.protocol import Protocol
     from rigs.record import SpecimenSize
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadTrain:
-    """Load train of an axis: everything between the crosshead, or the carriages, and the specimen's fixture.
-
-    Attributes
-    ----------
-    compliance : float
-        How far the machine gives way under a force [m/N].
-    gap : float
-        Way that a gripper makes before it takes hold [m].
-    slowest, fastest : float
-        Speeds that the machine has, as those of the hook-to-hook length [m/s].
-    digit : float
-        Smallest digit of the axis' load cell [N].
-    """
-
-    compliance: float
-    gap: float
-    slowest: float
-    fastest: float
-    digit: float
-
-    @property
-    def rigid(self) -> bool:
-        """Return whether the fixture stands where the crosshead does."""
-        return self.compliance == 0.0 and self.gap == 0.0
-
-    def beyond(self, travel: float, force: float) -> float:
-        """Return where the crosshead stands [m] that holds a fixture at a travel [m] under a force [N]."""
-        return travel + self.compliance * force + self.gap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +70,10 @@ class Rig:
         Strain at its surface at which a fibre breaks [1]; None where rupture is off.
     trains : Mapping
         What lies between crosshead and fixture of each axis.
+    pins : Mapping
+        Both pins of the extensometer along each axis that it measures.
+    relaxed : bool
+        Whether the yarn is straight at rest, and relaxed into its loops before it was mounted.
     severed : tuple of int
         The edges of the yarn that broke, in order.
     measured : bool
@@ -103,6 +88,8 @@ class Rig:
     instruments: tuple[Instrument, ...]
     breaks_at: float | None
     trains: Mapping[Axis, LoadTrain]
+    pins: Mapping[Axis, PinSpots] = field(default_factory=dict)
+    relaxed: bool = False
     severed: tuple[int, ...] = ()
     measured: bool = False
 
@@ -110,6 +97,18 @@ class Rig:
     def gauges(self) -> dict[Axis, float]:
         """Return the initial hook-to-hook length of each axis that is driven [m]."""
         return {axis: self.size.extents[axis] for axis in self.grips}
+
+    @property
+    def fixture_forces(self) -> list[str]:
+        """Return the names of the forces that its clamps or plates are read by; none where hooks hold the specimen."""
+        grips = (grip for pair in self.grips.values() for grip in pair)
+        return [name for grip in grips if grip.rigid for name in rigid_names(grip.axis, grip.side)]
+
+    @property
+    def relaxed_pitch(self) -> dict[Axis, float]:
+        """Return the pitch of the stitches as mounted [m] of a yarn that relaxed into them; empty of a printed one."""
+        model = self.work.model
+        return stitch_pitch(self.specimen, self.mounted * model.scales.length) if self.relaxed else {}
 
     @property
     def strands(self) -> tuple[int, ...]:
@@ -144,11 +143,18 @@ class Reading:
         Difference of those two pulls [N]; the solver's tolerance, not physics.
     lateral : float
         Largest force of a hook along its pole [N].
+    pins : Mapping
+        Distance of the extensometer's pins along each axis that it measures [m].
+    fixture : Mapping
+        Force of every clamp or plate on the specimen [N] along each direction: ``W+_C`` is that of the upper clamp
+        of the wale along the course. Empty where hooks hold it.
     """
 
     force: Mapping[Axis, float]
     imbalance: Mapping[Axis, float]
     lateral: float
+    fixture: Mapping[str, float]
+    pins: Mapping[Axis, float]
 
 
 def mount(
@@ -182,9 +188,9 @@ def mount(
         If a yarn that is straight at rest finds no balance in its knit.
     """
     spec = protocol.specimen
-    drives = arranged(protocol.rig, protocol.mount)
+    drives = protocol.drives
     if specimen.cell is None:
-        grips = {axis: grips_on(specimen, axis, drive) for axis, drive in drives.items()}
+        grips = {axis: grips_on(specimen, axis, drive, protocol.fixtures) for axis, drive in drives.items()}
     else:
         grips = {axis: ideal_grips(specimen, axis) for axis in drives}
     wires: tuple[FloatArray, ...] = ()
@@ -198,14 +204,13 @@ def mount(
     else:
         release(specimen, model, grips)
     work = Workspace(model)
-    if relaxed and spec.rest_shape == "straight":
-        if spec.grows_to is None:
-            *_, (_, state, _) = knit_in(work, state)
-        else:
-            state, _ = relax_cell(model, state)
-    size = size_of(
-        specimen, thickness=next(iter(data.values())).convention.thickness.value, plated=plated(protocol.rig)
-    )
+    if relaxed and spec.laid_in is not None:
+        state = lay_in(model, state, spec.laid_in / specimen.radius)
+    elif relaxed and spec.grows_to is not None:
+        state, _ = relax_cell(model, state)
+    elif relaxed and spec.rest_shape == "straight":
+        *_, (_, state, _) = knit_in(work, state)
+    size = size_of(specimen, thickness=next(iter(data.values())).convention.thickness.value, fixtures=protocol.fixtures)
     rig = Rig(
         specimen=specimen,
         size=as_mounted(size, specimen, model.scales.length * state.q),
@@ -215,7 +220,9 @@ def mount(
         instruments=instruments_on(protocol, data),
         breaks_at=spec.breaks_at,
         measured=spec.measured is not None,
-        trains={axis: _train(data[drive.machine]) for axis, drive in drives.items()},
+        pins=pins_on(specimen, protocol.extensometer),
+        relaxed=spec.rest_shape == "straight",
+        trains={axis: load_train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
 
@@ -236,18 +243,6 @@ def _rubs(
     if protocol.pole_friction is not None:
         return dict.fromkeys(own, protocol.pole_friction)
     return {axis: 0.0 if pole is None else pole.friction.value for axis, pole in own.items()}
-
-
-def _train(numbers: MachineData) -> LoadTrain:
-    """Return what lies between crosshead and fixture on a machine."""
-    carriage = numbers.carriage
-    return LoadTrain(
-        compliance=carriage.compliance.value,
-        gap=0.0 if carriage.gap is None else carriage.gap.value,
-        slowest=0.0 if carriage.min_speed is None else carriage.min_speed.value,
-        fastest=carriage.max_speed.value,
-        digit=numbers.load_cell.resolution.value,
-    )
 
 
 def pose(rig: Rig, displacement: Mapping[Axis, float]) -> FloatArray:
@@ -272,6 +267,13 @@ def read(rig: Rig, state: State) -> Reading:
         },
         imbalance={axis: 0.0 if rig.specimen.cell else high - low for axis, (low, high) in pulls.items()},
         lateral=unit * max(laterals),
+        fixture={
+            name: unit * force
+            for pair in rig.grips.values()
+            for grip in pair
+            for name, force in rigid_forces(grip, state.reaction).items()
+        },
+        pins={axis: distance(spots, axis, state.q) * model.scales.length for axis, spots in rig.pins.items()},
     )
 
 

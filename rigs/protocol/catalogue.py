@@ -21,7 +21,8 @@ RigName: TypeAlias = str
 MachineName: TypeAlias = str
 Sides: TypeAlias = Literal["hold", "free"]
 Others: TypeAlias = Literal["hold", "free", "follow"]
-Fixture: TypeAlias = Literal["hooks", "plates"]
+Grips: TypeAlias = Literal["hooks", "clamps"]
+Fixture: TypeAlias = Grips | Literal["plates"]
 Hook: TypeAlias = Literal["pin", "wire"]
 Held: TypeAlias = tuple[bool, bool, bool, bool]
 
@@ -40,10 +41,11 @@ class Drive:
         Share of each carriage's pull in what the load cell of the axis shows [1].
     held : tuple of bool
         Which of x, y, z and the edge's angle it prescribes to the nodes that it holds.
-    fixture : {'hooks', 'plates'}
-        Whether it holds the boundary sites of its face by hooks, or by a plate all that is printed into one.
+    fixture : {'hooks', 'clamps', 'plates'}
+        Whether it holds the boundary sites of its face by hooks, the stitches of its edge by the jaws of a clamp, or
+        by a plate all that is printed into one.
     pole : Axis or None
-        Direction of the poles, along which hooks slide freely; None for a plate.
+        Direction of the poles, along which hooks slide freely; None for a clamp or a plate.
     anchored : bool
         Whether the middle hook of the first carriage is tied to its pole. Nothing else holds a specimen with free
         sides against moving along the poles as a whole; the hook carries no force there.
@@ -165,12 +167,18 @@ def register_rig(name: RigName, rig: Arrangement) -> None:
     register_part("rig", _RIGS, name, rig)
 
 
-def arranged(rig: RigName, mount: Axis | None) -> dict[Axis, Drive]:
-    """Return the drives of a rig in use: all of them, or the one along which the specimen is mounted."""
-    drives = CATALOGUE[rig].drives
-    return dict(drives) if mount is None else {mount: drives[mount]}
+def arranged(rig: RigName, mount: Axis | None, grips: Grips = "hooks") -> dict[Axis, Drive]:
+    """Return the drives of a rig in use: all of them, or the one along which the specimen is mounted.
+
+    With clamps in the place of hooks a carriage prescribes every unknown of the nodes that it holds.
+    """
+    every = CATALOGUE[rig].drives
+    drives = dict(every) if mount is None else {mount: every[mount]}
+    return drives if grips == "hooks" else {axis: _clamped(drive) for axis, drive in drives.items()}
 
 
-def plated(rig: RigName) -> tuple[Axis, ...]:
-    """Return the axes of a rig whose faces are printed into plates."""
-    return tuple(axis for axis, drive in CATALOGUE[rig].drives.items() if drive.fixture == "plates")
+def _clamped(drive: Drive) -> Drive:
+    """Return a drive with clamps where it has hooks."""
+    if drive.fixture == "plates":
+        return drive
+    return replace(drive, fixture="clamps", held=(True,) * 4, pole=None, anchored=False)

@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from knitlab_core.errors import SpecificationError, raise_all
+from knitlab_core.knits import clamp_faces
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
-from rigs.protocol.catalogue import rig_named
+from rigs.protocol.catalogue import arranged, rig_named
+from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.specimen import SpecimenSpec
 from rigs.protocol.step import Step
 from rigs.protocol.steps import Cycle, Hold, Image, Preload, Ramp, Repeat, UntilRupture, Zero
@@ -20,15 +22,16 @@ from rigs.protocol.unrolled import axes_of, stroke_count
 from rigs.protocol.waveform import Waveform
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rigs.axes import Axis
-    from rigs.protocol.catalogue import Hook, Others, RigName
+    from rigs.protocol.catalogue import Drive, Fixture, Grips, Hook, Others, RigName
 
 __all__ = [
     "Channel",
     "Control",
     "Cycle",
+    "Extensometer",
     "ForceRate",
     "Hold",
     "Image",
@@ -108,10 +111,14 @@ class Protocol:
         Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
         Which axis of the specimen is along the frame; None on a rig that drives every axis it has.
+    grips : {'hooks', 'clamps'}
+        What holds the specimen's edges: two hooks per boundary loop, or clamps that hold the edge stitches as a whole.
     hook : {'pin', 'wire'}
         How a hook holds its loop: 'pin' ties the nearest node of the yarn, 'wire' is a rigid wire through the loop.
     pole_friction : float or None
         Coefficient between hooks and their poles [1]; None for the machines' own.
+    extensometer : Extensometer or None
+        Pins in stitches whose distance is logged; None for none.
     name : str
         Name of the test; it names the files of its run.
     max_strain_increment : float
@@ -126,8 +133,10 @@ class Protocol:
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
     load_cell: float | None = None
+    grips: Grips = "hooks"
     hook: Hook = "pin"
     pole_friction: float | None = None
+    extensometer: Extensometer | None = None
     name: str = "test"
     max_strain_increment: float = 0.0125
 
@@ -140,7 +149,9 @@ class Protocol:
             lambda: require_label("name", self.name),
             lambda: require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1"),
             self._require_rig,
+            self._require_grips,
             self._require_hooks,
+            self._require_pins,
             lambda: require(
                 friction is None or 0.0 <= friction <= 2.0, "pole_friction", friction, "a coefficient from 0 to 2"
             ),
@@ -150,6 +161,43 @@ class Protocol:
     def axes(self) -> tuple[Axis, ...]:
         """Return the axes that are driven."""
         return rig_named(self.rig).axes if self.mount is None else (self.mount,)
+
+    @property
+    def drives(self) -> Mapping[Axis, Drive]:
+        """Return the carriages of each axis in use, with what they hold the specimen by."""
+        return arranged(self.rig, self.mount, self.grips)
+
+    @property
+    def fixtures(self) -> Mapping[Axis, Fixture]:
+        """Return what holds the two faces of each axis that is driven."""
+        return {axis: drive.fixture for axis, drive in self.drives.items()}
+
+    def _require_grips(self) -> None:
+        """Raise unless clamps, where the edges are to be held by them, can hold the knit."""
+        if self.grips == "hooks":
+            return
+        plates = any(drive.fixture == "plates" for drive in rig_named(self.rig).drives.values())
+        require(not plates, "grips", "clamps", f"hooks: {self.rig} holds a knit by the plates it is printed into")
+        rubs = "none: clamps have no poles"
+        edges = "hooks, which need not be said: a periodic cell has no edges"
+        require(not self.specimen.periodic, "grips", "clamps", edges)
+        require_all(
+            lambda: require(self.hook == "pin", "hook", self.hook, "pin: clamps have no hooks"),
+            lambda: require(self.pole_friction is None, "pole_friction", self.pole_friction, rubs),
+            self._require_jaws,
+        )
+
+    def _require_jaws(self) -> None:
+        """Raise unless the knit has edge stitches for clamps, and stitches between them."""
+        spec = self.specimen
+        clamp_faces(spec.fabric, spec.counts, [axis for axis in self.axes if axis in spec.axes])
+
+    def _require_pins(self) -> None:
+        """Raise unless the knit has the stitches that the extensometer's pins are in."""
+        if self.extensometer is not None:
+            cell = "off: the strain of a periodic cell is the fabric's"
+            require(not self.specimen.periodic, "extensometer", "on", cell)
+            self.extensometer.check(self.specimen.counts)
 
     def _require_hooks(self) -> None:
         """Raise unless the hooks can hold the knit and its yarn."""

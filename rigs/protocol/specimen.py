@@ -8,20 +8,32 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import Fabric, Specimen, Yarn, fabric_named, is_planar, knit_cell, knit_specimen, plate_nodes
+from knitlab_core.knits import (
+    Counts,
+    Fabric,
+    Specimen,
+    Yarn,
+    clamp_nodes,
+    fabric_named,
+    is_planar,
+    knit_cell,
+    knit_specimen,
+    plate_nodes,
+)
 from knitlab_core.materials import DEFAULT_FRICTION, Material, MeasuredYarn, material_named
 from rigs.axes import COORDINATE, SITES
 from rigs.protocol.bounds import require, require_all
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Mapping
 
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.knits import SiteSet
     from knitlab_core.knits.cell import PlanarFabric
     from knitlab_core.materials import Substance
     from rigs.axes import Axis, FloatArray
+    from rigs.protocol.catalogue import Fixture
 
 MAX_STITCHES: Final = 10_000
 
@@ -68,6 +80,9 @@ class SpecimenSpec:
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     periodic : bool
         Whether it is a cell of an endless fabric: its rows go on without ends and it has no edges.
+    laid_in : float or None
+        Contact radius of a straight yarn as it is laid in [m], from which it grows to its own as it relaxes; None for
+        its own.
     """
 
     knit: str | Fabric
@@ -85,9 +100,12 @@ class SpecimenSpec:
     yields: bool = False
     rupture: Rupture = "off"
     periodic: bool = False
+    laid_in: float | None = None
 
     def __post_init__(self) -> None:
-        require_all(self._require_knit, self._require_material, self._require_numbers, self._require_cell)
+        require_all(
+            self._require_knit, self._require_material, self._require_numbers, self._require_cell, self._require_laid_in
+        )
 
     def _require_knit(self) -> None:
         """Raise unless the knit is known, and has as many loops as such a knit can have."""
@@ -116,6 +134,21 @@ class SpecimenSpec:
             lambda: require(self.rupture == "off", "rupture", self.rupture, "off in a periodic cell"),
         )
 
+    def _require_laid_in(self) -> None:
+        """Raise unless a contact radius as laid in is one that a yarn can grow from as it relaxes."""
+        # A yarn by measurement is refused with the rest that was not measured of it.
+        if self.laid_in is None or self.measured is not None:
+            return
+        radius, found = self.fabric.fibre_radius * self.loop_width, f"{1e3 * self.laid_in:g} mm"
+        allowed = f"a radius above 0 and up to the fibre's, {1e3 * radius:.4g} mm"
+        relaxes = "none of a yarn at rest as printed: it does not relax (rest_shape: straight does)"
+        plain = self.yarn is None and not self.periodic and not self.fabric.straight
+        require_all(
+            lambda: require(0.0 < self.laid_in <= radius, "laid_in", found, allowed),  # type: ignore[operator]
+            lambda: require(self.rest_shape == "straight", "laid_in", found, relaxes),
+            lambda: require(plain, "laid_in", found, "none of a yarn of fibres, a periodic cell or a filament"),
+        )
+
     def _require_material(self) -> None:
         """Raise unless the material is known, with the numbers of all that it is asked to do."""
         material = self.substance
@@ -141,6 +174,7 @@ class SpecimenSpec:
         off, none = (f"{word}: {yarn.name} is a yarn by measurement, " for word in ("off", "none"))
         bears = "and what its fibres bear is not known: they are not straight along it"
         twice = 2.0 * yarn.radius.value
+        laid = "" if self.laid_in is None else f"{1e3 * self.laid_in:g} mm"
         wide = f"{1e3 * yarn.radius.value:.4g} mm in loops {1e3 * self.loop_width:.4g} mm wide"
         diameter = 2.0 * self.fabric.fibre_radius * self.loop_width
         same = not self.fabric.straight or abs(diameter - twice) <= 1e-6 * twice
@@ -151,6 +185,7 @@ class SpecimenSpec:
             lambda: require(self.rupture == "off", "rupture", self.rupture, off + bears),
             lambda: require(self.fused is None, "fused", "fused points", f"{none}and points fuse in print"),
             lambda: require(self.yarn is None, "yarn", "fibres", f"{none}whose fibres are in its numbers"),
+            lambda: require(self.laid_in is None, "laid_in", laid, f"{none}and its radius as laid in is not chosen"),
             # A loop without a width is refused where all specimens' are.
             lambda: require(not 0.0 < self.loop_width < twice, "yarn.radius", wide, "half of that width at most"),
             lambda: require(same, "knit.filament", f"{1e3 * diameter:.4g} mm", measured),
@@ -169,6 +204,11 @@ class SpecimenSpec:
     def fabric(self) -> Fabric:
         """Return the fabric, by name or by value."""
         return fabric_named(self.knit) if isinstance(self.knit, str) else self.knit
+
+    @property
+    def counts(self) -> Counts:
+        """Return how often the fabric repeats in it."""
+        return Counts(self.rows, self.loops, self.layers)
 
     @property
     def substance(self) -> Substance:
@@ -233,8 +273,11 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
+    fabric, radius = spec.fabric, spec.fabric.fibre_radius * spec.loop_width
+    if spec.laid_in is not None:
+        fabric = with_radius(fabric, spec.laid_in / spec.loop_width)
     made = _made(
-        spec.fabric,
+        fabric,
         counts,
         spec.nodes_per_loop,
         spec.loop_width,
@@ -242,8 +285,18 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
         periodic=spec.periodic,
         grows_to=spec.grows_to,
     )
+    if spec.laid_in is not None:
+        # What overlaps as laid in has a clearance below 0.
+        overlap = 2.0 * (radius - spec.laid_in)
+        yarn = Yarn(fibre_radius=spec.fabric.fibre_radius)
+        made = replace(made, fabric=spec.fabric, yarn=yarn, radius=radius, clearance=made.clearance - overlap)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
+
+
+def with_radius(fabric: Fabric, radius: float) -> Fabric:
+    """Return a fabric with a yarn of another radius [loop widths]."""
+    return replace(fabric, fibre_radius=radius)
 
 
 @lru_cache(maxsize=1)
@@ -281,12 +334,12 @@ def _made(
     )
 
 
-def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axis, float]:
+def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = None) -> dict[Axis, float]:
     """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
 
     A site is a place on the printed yarn. The node that represents it is beside the yarn, at a distance that
-    grows with the size of the mesh. Along an axis whose faces are printed into plates it is the gap between these.
-    Those of a periodic cell are what it repeats after.
+    grows with the size of the mesh. Along an axis whose fixtures are plates or clamps it is the gap between these; an
+    axis that is not named has none, or hooks. Those of a periodic cell are what it repeats after.
     """
     if specimen.cell is not None:
         course, wale = specimen.cell.vectors
@@ -302,12 +355,20 @@ def gauge_lengths(specimen: Specimen, plated: Collection[Axis] = ()) -> dict[Axi
         for axis, (near, far) in SITES.items()
         if near in at
     }
-    return {**hooked, **{axis: plate_nodes(specimen).gap for axis in plated}}
+    held = fixtures or {}
+    return {**hooked, **{axis: _gap(specimen, axis, held) for axis, fixture in held.items() if fixture != "hooks"}}
 
 
-def size_of(specimen: Specimen, *, thickness: float, plated: Collection[Axis] = ()) -> SpecimenSize:
+def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> float:
+    """Return the distance between the plates or the clamps of an axis [m]."""
+    if fixtures[axis] == "plates":
+        return plate_nodes(specimen).gap
+    return clamp_nodes(specimen, axis, fixtures).gap
+
+
+def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fixture] | None = None) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
-    lengths = gauge_lengths(specimen, plated)
+    lengths = gauge_lengths(specimen, fixtures)
     if specimen.fabric.straight:
         # Its section is round: two sides of a square of the same area represent it.
         side = math.sqrt(math.pi) * specimen.fabric.fibre_radius * specimen.loop_width

@@ -75,7 +75,7 @@ class Preload(StepDefaults):
     """Load the axes until the load cell of each shows `force` [N].
 
     Driven at a speed or strain rate an axis that has met the force stops and stays while the others go on; with
-    ``control='force'`` all forces rise together at a force rate and are all held.
+    ``control='force'`` all forces go there together at a force rate, from whichever side, and are all held.
     """
 
     axes: tuple[Axis, ...]
@@ -89,10 +89,13 @@ class Preload(StepDefaults):
     pulls: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        force = f"{self.force:g} N"
+        force, forced = f"{self.force:g} N", self.control == "force"
+        # An axis that is driven outwards does not pass zero force.
+        allowed = "a force from 0" if forced else "a force above 0 (from 0 with control: force)"
+        fine = 0.0 < self.force <= 1e4 or (forced and self.force == 0.0)
         require_all(
             lambda: require_axes(self.axes),
-            lambda: require(0.0 < self.force <= 1e4, "force", force, "a force above 0 and up to 10 kN"),
+            lambda: require(fine, "force", force, f"{allowed} and up to 10 kN"),
             lambda: require_rate(self.rate, self.control or "displacement"),
             lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),

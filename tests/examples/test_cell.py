@@ -74,6 +74,9 @@ def test_a_side_that_nothing_drives_is_free(tmp_path: Path) -> None:
         ("friction: 0.3", "fused: {gap: 1 mm, patch_radius: 0.1 mm, strength: 20 MPa}", "none in a periodic cell"),
         ("friction: 0.3", "rupture: stop", "off in a periodic cell"),
         ("friction: 0.3", "yarn: {fibres: 3, model: bundle, twist: 2}", "one rod for all fibres"),
+        ("friction: 0.3", "grips: clamps", "hooks, which need not be said: a periodic cell has no edges"),
+        ("friction: 0.3", "rest_shape: straight\n  laid_in: 0.3 mm", "none of a yarn of fibres, a periodic cell"),
+        ("steps:", "extensometer: on\nsteps:", "off: the strain of a periodic cell is the fabric's"),
     ],
 )
 def test_what_only_a_specimen_with_edges_has_is_refused(old: str, new: str, said: str) -> None:
@@ -82,6 +85,18 @@ def test_what_only_a_specimen_with_edges_has_is_refused(old: str, new: str, said
         text = text.replace("[2, 2]", "[2, 2, 2]")
     with pytest.raises(ProtocolError, match=said):
         loads(text, "cell.yaml")
+
+
+def test_what_has_no_edges_is_refused_for_that_beside_other_mistakes() -> None:
+    wrong = TEXT.replace("friction: 0.3", "rupture: stop\n  grips: clamps").replace(
+        "steps:", "extensometer: on\nsteps:"
+    )
+    with pytest.raises(ProtocolError) as raised:
+        loads(wrong, "cell.yaml")
+    rupture, grips, extensometer = (str(one) for one in (raised.value, *raised.value.more))
+    assert "off in a periodic cell" in rupture
+    assert "a periodic cell has no edges" in grips
+    assert "the strain of a periodic cell is the fabric's" in extensometer
 
 
 @pytest.mark.parametrize(

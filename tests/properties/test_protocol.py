@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from app.schemas import ProtocolError, from_yaml, to_yaml
 from knitlab_core.contact.bond_law import BondLaw
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Stitch, VolumetricStitch, same_area
+from knitlab_core.knits import NAMED_STITCHES, NAMED_VOLUMETRIC_STITCHES, Counts, Stitch, VolumetricStitch, same_area
 from knitlab_core.materials import MATERIALS, Material, RelaxationTerm, Value
 from rigs.protocol.protocol import (
     Cycle,
+    Extensometer,
     ForceRate,
     Hold,
     Image,
@@ -256,11 +257,34 @@ def can_hang(specimen: SpecimenSpec) -> bool:
     return "P" not in specimen.axes and one_rod and specimen.rest_shape == "as-printed"
 
 
+def can_clamp(specimen: SpecimenSpec) -> bool:
+    """Tell whether clamps can hold a specimen."""
+    faces = specimen.fabric.clamp_faces(Counts(specimen.rows, specimen.loops, specimen.layers))
+    return bool(faces) and all(low < high for low, high in faces.values())
+
+
+def held(holder: str, specimen: SpecimenSpec, pole_friction: float | None) -> dict[str, Any]:
+    """Return what stands in a protocol for what holds its specimen."""
+    if holder == "clamps" and can_clamp(specimen):
+        return {"grips": "clamps"}
+    hook = "wire" if holder == "wires" and can_hang(specimen) else "pin"
+    return {"hook": hook, "pole_friction": pole_friction}
+
+
+def pins_in(specimen: SpecimenSpec) -> Extensometer | None:
+    """Return an extensometer for a specimen; None where it has one stitch along every axis."""
+    made = Extensometer.inner_half(specimen.counts)
+    return made if made.pairs else None
+
+
 PROTOCOLS = st.builds(
-    lambda rig, wires, **rest: Protocol(hook="wire" if wires and can_hang(rig["specimen"]) else "pin", **rig, **rest),
+    lambda rig, holder, rubs, pinned, **rest: Protocol(
+        **held(holder, rig["specimen"], rubs), extensometer=pins_in(rig["specimen"]) if pinned else None, **rig, **rest
+    ),
     rig=STAGES | frames_along("C") | frames_along("W") | frames_along("P"),
-    wires=st.booleans(),
-    pole_friction=st.none() | st.floats(0.0, 2.0),
+    holder=st.sampled_from(["pins", "wires", "clamps"]),
+    rubs=st.none() | st.floats(0.0, 2.0),
+    pinned=st.booleans(),
     speed_ref=st.sampled_from(["pair", "grip"]),
     log=st.builds(
         LogSpec,

@@ -8,7 +8,7 @@ import pytest
 
 from app.schemas.machine_data import machines_of
 from rigs.machines.rig import mount
-from rigs.protocol.protocol import LogSpec, Protocol, SpecimenSpec, Step
+from rigs.protocol.protocol import Extensometer, LogSpec, Protocol, SpecimenSpec, Step
 from rigs.protocol.specimen import make_specimen
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rigs.axes import Axis
     from rigs.machines.machine import MachineData
     from rigs.machines.rig import Rig
-    from rigs.protocol.catalogue import Hook, Others
+    from rigs.protocol.catalogue import Grips, Hook, Others
 
     Mounted = tuple[Rig, State, Protocol]
 
@@ -41,7 +41,9 @@ def mount_knit() -> Callable[..., Mounted]:
         seed: int = 0,
         nodes: int = 24,
         hook: Hook = "pin",
+        grips: Grips = "hooks",
         pole_friction: float | None = None,
+        extensometer: Extensometer | None = None,
         **specimen: Any,  # noqa: ANN401 (handed through)
     ) -> Mounted:
         usual = {
@@ -61,7 +63,9 @@ def mount_knit() -> Callable[..., Mounted]:
             others=others if mount_along is None else "free",
             steps=steps,
             hook=hook,
+            grips=grips,
             pole_friction=pole_friction,
+            extensometer=extensometer,
             log=LogSpec(noise=noise, seed=seed),
             max_strain_increment=increment,
         )

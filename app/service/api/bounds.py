@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.checks.dry_run import shape_of
+from app.checks.specimen_facts import shape_of
 from app.service.api.problems import beyond
 from rigs.protocol.protocol import stroke_count
 

@@ -129,7 +129,8 @@ class SpecimenView(Answer):
     yarn_length_m: float
     fibre_radius_m: float
     clearance_m: float = Field(description="least distance between surfaces")
-    gauge_lengths_m: dict[str, float] = Field(description="hook to hook, along each axis")
+    gauge_lengths_m: dict[str, float] = Field(description="hook to hook, or between clamps or plates, along each axis")
+    pins_m: dict[str, float] = Field(default={}, description="between the extensometer's pins, along each axis")
     locking_strain: float | None = Field(description="equibiaxial strain at which the yarn is used up (estimate)")
     clasps: dict[str, int] = Field(description="heads that hold a loop, by what is joined: rows, layers")
 
@@ -209,7 +210,7 @@ class JobView(Answer):
     started: datetime | None
     finished: datetime | None
     attempts: int = Field(description="how often its process was started")
-    end: str | None = Field(description="target, rupture, slipped, limit ...; of a failed job what stopped it")
+    end: str | None = Field(description="target, rupture, unravelled, limit ...; of a failed job what stopped it")
     message: str
     progress: ProgressView
     sweep: str | None

@@ -35,6 +35,7 @@ class LossView(Answer):
     lost: int = Field(description="clasps that let go there")
     held: int = Field(description="clasps that hold still")
     mounted: int = Field(description="clasps that held as mounted")
+    places: str = Field(default="", description="where, of clasps that were lost before the test")
     text: str = Field(description="the same for people")
 
 

@@ -3,7 +3,7 @@
 export const AXES = { C: "course", W: "wale", P: "pile" };
 
 const ENDS = {
-  target: "Carried out to its end", rupture: "Ruptured", slipped: "Slipped, nothing broke", limit: "Stopped at a limit", cancelled: "Cancelled",
+  target: "Carried out to its end", rupture: "Ruptured", slipped: "Slipped, nothing broke", unravelled: "Unravelled", limit: "Stopped at a limit", cancelled: "Cancelled",
   timeout: "Timed out", memory: "Out of memory", diverged: "No equilibrium found", error: "Failed", crash: "Crashed",
 };
 

@@ -58,6 +58,7 @@ YIELDING: Final = (
     ELASTIC.replace("name: elastic", "name: yielding")
     .replace("RGD8530-DM", "RGD8530-DM, viscoelastic: on, yield: on")
     .replace("upper: 0.1", "upper: 0.25")
+    .replace("speed_ref: pair", "extensometer: on\nspeed_ref: pair")
     .replace("0.01\n", "0.025\n")
 )
 SHORT: Final = ELASTIC[: ELASTIC.index("  - cycle")]

@@ -109,6 +109,16 @@ BAD = [
         10,
         "specimen.fused: found fused points, allowed none: measured-yarn is a yarn by measurement",
     ),
+    Bad(
+        "  loop: 8 mm",
+        "  loop: 8 mm\n  rest_shape: straight\n  laid_in: 0.4 mm",
+        8,
+        12,
+        "specimen.laid_in: found 0.4 mm, allowed none: measured-yarn is a yarn by measurement",
+    ),
+    Bad(
+        "  loop: 8 mm", "  loop: 8 mm\n  laid_in: 0.9 mm", 7, 12, "allowed none: measured-yarn is a yarn by measurement"
+    ),
     Bad("0.25\n", "0.25\n    fibres: 3\n", 15, 5, f"{Y}.fibres: found an unknown field"),
 ]
 

@@ -221,6 +221,35 @@ BAD = [
     ),
     Bad("friction: 0.3", "pole_friction: 3", 8, 18, "specimen.pole_friction: found 3.0, allowed a coefficient from 0"),
     Bad("friction: 0.3", "pole_friction: some", 8, 18, "specimen.pole_friction: found 'some', allowed a coefficient"),
+    Bad("friction: 0.3", "grips: clam", 8, 10, "specimen.grips: found 'clam', allowed hooks or clamps (did you mean"),
+    Bad("friction: 0.3", "grips: clamps\n  hook: wire", 9, 9, "specimen.hook: found wire, allowed pin: clamps have no"),
+    Bad(
+        "friction: 0.3", "grips: clamps\n  pole_friction: 0.1", 9, 18, "pole_friction: found 0.1, allowed none: clamps"
+    ),
+    Bad(
+        "speed_ref:", "extensometer: maybe\nspeed_ref:", 9, 15, "extensometer: found 'maybe', allowed on, off, or a map"
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {cours: [0, 1]}\nspeed_ref:",
+        9,
+        16,
+        "extensometer.cours: found an unknown field, a",
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {course: [0, 6]}\nspeed_ref:",
+        9,
+        24,
+        "allowed two of the 5 stitches of a row, counted",
+    ),
+    Bad(
+        "speed_ref:",
+        "extensometer: {pile: [0, 1]}\nspeed_ref:",
+        9,
+        22,
+        "extensometer.pile: found a list, allowed two of",
+    ),
     # Rigs
     Bad("rig: ", "mount: C\nrig: ", 2, 8, "mount: found C, allowed no mount: biaxial-hook drives C and W"),
     Bad("rig: biaxial-hook", "rig: uniaxial-frame", 1, 1, "mount: found nothing, allowed C or W: the axis along the"),
@@ -228,6 +257,17 @@ BAD = [
     Bad("rig: biaxial-hook", "rig: uniaxial-frame\nmount: C", 11, 9, "others: found hold, allowed free on uniaxial-fr"),
     # What the yarn is made of, and what goes beyond elastic rods
     Bad("friction: 0.3", "rest_shape: bent", 8, 15, "specimen.rest_shape: found 'bent', allowed as-printed or straigh"),
+    Bad(
+        "friction: 0.3",
+        "laid_in: 0.3 mm",
+        8,
+        12,
+        "specimen.laid_in: found 0.3 mm, allowed none of a yarn at rest as",
+    ),
+    Bad(
+        "friction: 0.3", "laid_in: 2 mm\n  rest_shape: straight", 8, 12, "laid_in: found 2 mm, allowed a radius above 0"
+    ),
+    Bad("friction: 0.3", "laid_in: thin", 8, 12, "specimen.laid_in: found 'thin', allowed a length with its unit"),
     Bad("friction: 0.3", "yarn: 3", 8, 9, "specimen.yarn: found 3, allowed a mapping that makes the yarn of fibres"),
     Bad("friction: 0.3", "yarn: {fibres: 0}", 8, 18, "specimen.yarn.fibres: found 0, allowed a whole number from 1 to"),
     Bad("friction: 0.3", "yarn: {fibers: 3}", 8, 10, "yarn.fibers: found an unknown field, allowed fibres, model, fi"),

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from app.checks.dry_run import describe, dry_run
+from app.checks.dry_run import dry_run
+from app.checks.specimen_facts import describe
 from app.runs.provenance import provenance
 from app.schemas import load, loads, to_yaml
 from app.schemas.machine_data import machines_of

@@ -25,6 +25,9 @@ from app.views.tubes import fit_window, smooth_curve, tube
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 from rigs.analysis.material_limits import MaterialLimit
+from rigs.machines.fixtures import clamped_nodes
+from rigs.machines.pins import pins_on
+from rigs.protocol.extensometer import Extensometer
 from tests.synthetic_run import PROTOCOL, SIZE, frame, knit_nodes, make_run, rows
 
 
@@ -278,8 +281,13 @@ def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> 
     image = imread(knit_frames(run, tmp_path / "knit.png"))
     assert image.shape[1] > 2.5 * image.shape[0]
     assert image.std() > 0.05
-    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=2, loops=2, loop_width=8e-3)
-    assert imread(specimen_picture(specimen, tmp_path / "s.png")).std() > 0.05
+    specimen = knit_specimen(NAMED_STITCHES["stockinette-default"], rows=3, loops=2, loop_width=8e-3)
+    plain = imread(specimen_picture(specimen, tmp_path / "s.png"))
+    assert plain.std() > 0.05
+    pins = pins_on(specimen, Extensometer.inner_half(specimen.counts))
+    clamped = clamped_nodes(specimen, {"W": "clamps"})
+    marked = imread(specimen_picture(specimen, tmp_path / "marked.png", clamped, pins))
+    assert marked.shape != plain.shape or np.abs(marked - plain).max() > 0.5
 
 
 def test_titles_of_shapes_say_where_strain_counts_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import NAMED_STITCHES, Specimen, clasp_numbers, knit_specimen
+from knitlab_core.knits import (
+    NAMED_STITCHES,
+    Specimen,
+    clasp_nodes,
+    clasp_numbers,
+    clasps_hold,
+    knit_specimen,
+    parted_at,
+)
 from knitlab_core.knits.planar import stitch_clasp
 from tests.linking import linking_number
 
@@ -108,3 +116,36 @@ def test_stretching_and_turning_the_knit_s_plane_keeps_its_clasps() -> None:
     knit = specimen()
     stretched = knit.nodes * [1.4, 1.3, 0.6]
     assert np.array_equal(clasp_numbers(knit, stretched), clasp_numbers(knit, knit.nodes))
+
+
+def test_rows_that_no_clasp_holds_together_are_named() -> None:
+    whole = {"rows": np.ones((3, 4), dtype=np.bool_)}
+    assert parted_at(whole) == ""
+    torn = np.ones((3, 4), dtype=np.bool_)
+    torn[1, :3] = False
+    assert parted_at({"rows": torn}) == ""
+    torn[1, 3] = False
+    assert parted_at({"rows": torn}) == "rows 1 and 2"
+
+
+def test_rows_of_a_volumetric_knit_are_held_while_one_layer_holds_them() -> None:
+    rows, layers = np.ones((2, 3, 4), dtype=np.bool_), np.ones((1, 4, 4), dtype=np.bool_)
+    rows[0, 2] = False
+    assert parted_at({"rows": rows, "layers": layers}) == ""
+    rows[1, 2] = False
+    assert parted_at({"rows": rows, "layers": layers}) == "rows 2 and 3"
+    layers[0] = False
+    assert parted_at({"layers": layers}) == "layers 0 and 1"
+
+
+def test_a_knit_as_built_is_held_everywhere_and_one_drawn_apart_nowhere_between_its_rows() -> None:
+    made = knit_specimen(NAMED_STITCHES["stockinette-default"], loop_width=8e-3, rows=3, loops=3, nodes_per_loop=24)
+    clasps = clasp_nodes(made)
+    assert all(held.all() for held in clasps_hold(made.nodes, clasps).values())
+    # The last row is lifted out of the heads that hold it.
+    moved = made.nodes.copy()
+    moved[made.arc_lengths > 0.68 * made.yarn_length, 1] += 0.1
+    hold = clasps_hold(moved, clasps)["rows"]
+    assert hold[0].all()
+    assert not hold[1].any()
+    assert parted_at({"rows": hold}) == "rows 1 and 2"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from app.client.answers import progress_of
@@ -15,7 +16,7 @@ from app.records.writer import RunWriter
 from app.service.api.progress import ProgressView
 from app.service.folder import JobFolder
 from app.service.job_process import _Watch
-from rigs.analysis.clasps import ClaspCount, count_clasps
+from rigs.analysis.clasps import MOST_PLACES, ClaspCount, count_clasps, lost_as_mounted
 from rigs.trace import trace_of
 from tests.synthetic_run import BOTH, SIZE, rows
 
@@ -95,3 +96,14 @@ def test_a_job_says_which_clasps_let_go(tmp_path: Path) -> None:
     assert [(loss.joined, loss.row, loss.held) for loss in view.losses] == [("layers", 3, 3), ("layers", 6, 1)]
     # The client hands on what the service says.
     assert progress_of(view.model_dump()).losses[1]["text"].startswith("2 clasps between layers let go")
+
+
+def test_clasps_lost_before_a_test_are_named_but_not_those_that_a_coarse_mesh_misses() -> None:
+    laid, mounted = np.ones((2, 3), dtype=np.bool_), np.ones((2, 3), dtype=np.bool_)
+    laid[0, 0] = mounted[0, 0] = mounted[1, 2] = False
+    (loss,) = lost_as_mounted({"rows": laid}, {"rows": mounted})
+    assert (loss.lost, loss.held, loss.mounted) == (1, 4, 5)
+    assert loss.places == "rows 1 and 2 at loop 2"
+    assert lost_as_mounted({"rows": laid}, {"rows": laid}) == ()
+    (many,) = lost_as_mounted({"rows": np.ones((4, 5), dtype=np.bool_)}, {"rows": np.zeros((4, 5), dtype=np.bool_)})
+    assert many.places.endswith(f" and {20 - MOST_PLACES} more")

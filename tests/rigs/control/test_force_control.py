@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from app.schemas.machine_data import read_machine
+from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.controller import DEAD_BAND, FILTER
 from rigs.control.experiment import perform
 from rigs.control.force_control import LONGEST
 from rigs.control.setpoint_search import FINEST_DIGIT, FORCE_TOLERANCE
-from rigs.protocol.protocol import Cycle, ForceRate, Hold, Target, Until, UntilRupture, Zero
+from rigs.instruments.zeros import Zeroing
+from rigs.protocol.protocol import Cycle, ForceRate, Hold, Preload, Ramp, Target, Until, UntilRupture, Zero
 from rigs.protocol.targets import Bound
 from tests.rigs.control.test_control import SPEED, Run, load, stretch, yielding
 
@@ -224,3 +226,26 @@ def test_loops_that_slip_off_are_no_rupture(control: Control) -> None:
     assert ran.rows[-1].bonds_broken == 0
     assert not ran.rig.severed
     assert ran.rows[-1].force["W"] <= 0.5 * ran.column("force", "W").max()
+
+
+@pytest.mark.parametrize("start", [0.25, -0.04])
+def test_a_preload_by_force_goes_to_zero_from_either_side_and_strain_counts_from_there(
+    start: float, control: Control
+) -> None:
+    moved = Ramp(axes=("C",), to=Target(kind="strain", value=start), rate=SPEED)
+    seek = Preload(axes=("C",), force=0.0, rate=ForceRate(value=0.02), control="force")
+    zero = Zero(channels=("displacement",), gauge_length="here")
+    ran = control(moved, seek, zero, mount_along="C", noise=False)
+    assert [step.end for step in ran.steps] == ["target"] * 3
+    before, after = ran.of_step(0)[-1], ran.of_step(1)[-1]
+    assert before.force["C"] * start > 0.0
+    assert abs(before.force["C"]) > 1e-3
+    assert after.force["C"] == pytest.approx(0.0, abs=FINEST_DIGIT * ran.rig.trains["C"].digit * 1.01)
+    assert (after.displacement["C"] - before.displacement["C"]) * start < 0.0
+    (zeroing,) = [event for event in ran.events if isinstance(event, Zeroing)]
+    assert zeroing.gauges["C"] == pytest.approx(ran.rig.gauges["C"] + after.displacement["C"])
+
+
+def test_driven_at_a_speed_an_axis_has_no_way_to_zero_force() -> None:
+    with pytest.raises(SpecificationError, match="from 0 with control: force"):
+        Preload(axes=("C",), force=0.0, rate=SPEED)

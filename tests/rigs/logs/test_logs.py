@@ -19,6 +19,7 @@ from rigs.logs.biotester import cycle_text
 from rigs.logs.catalogue import LOGS, defaults
 from rigs.logs.dialect import Column, Dialect, Fact
 from rigs.logs.locales import LOCALES, localised
+from rigs.logs.logged import axis_of
 from rigs.logs.sheet import write_sheet
 from rigs.logs.units import in_units
 from rigs.logs.writer import write_log
@@ -27,6 +28,7 @@ from tests.rigs.logs.hand_made import frame, indenter, logged, stage
 
 if TYPE_CHECKING:
     from rigs.axes import FloatArray
+    from rigs.instruments.samples import Samples
     from rigs.logs.logged import Logged
     from rigs.record import Phase
 
@@ -310,3 +312,49 @@ def test_a_gauge_length_taken_at_a_zero_counts_from_there_and_stands_above_the_t
     assert lines[:2] + lines[5:] == plain
     for name in ("bluehill-universal", "biotester"):
         assert text(name, taken) == text(name, logged())
+
+
+# The last field of the first line of numbers: a distance of 14.0625 mm in the unit and the digits of the dialect.
+PINNED = {
+    "biotester": ("ExtensometerC_um", "14062"),
+    "bluehill-universal": ("Extensometer C", "14.0625"),
+    "bluehill3": ("Extensometer C", "14.06250"),
+    "bluehill3-quoted": ("Extensometer C", '"14.06250"'),
+    "bluehill3-results": ("Extensometer C", '"14.06250"'),
+    "triaxial": ("biaxial-hook.ExtensometerC", "14.0625"),
+    "alemnis-tsv": ("Extensometer C", "14.0625m"),
+}
+
+
+def pinned(made: Samples) -> Samples:
+    """Return samples with those of an extensometer along the course, which the frame's do not drive."""
+    further = {"ExtensometerC": np.full(len(made), 14.0625e-3)}
+    return replace(
+        made,
+        measured={**made.measured, **further},
+        clean={**made.clean, **further},
+        offset={**made.offset, "ExtensometerC": np.zeros(len(made))},
+        units={**made.units, "ExtensometerC": "m"},
+        reads={"ExtensometerC": "pin_distance_C", **made.reads},
+    )
+
+
+@pytest.mark.parametrize("name", PINNED)
+def test_an_extensometer_has_the_last_column_of_a_log_and_changes_no_other(name: str) -> None:
+    log, machine = LOGS[name], LOGS[name].machines[-1]
+    test = replace(logged(), samples={**logged().samples, machine: pinned(logged().samples[machine].part(0, 8))})
+    plain = text(name, logged()).decode().splitlines()
+    lines = b"".join(write_log(log.shown(test), *log.gather(test))).decode().splitlines()
+    heading, number = PINNED[name]
+    mark = log.dialect.delimiter
+    assert any(line.endswith(f"{mark}{heading}") for line in lines)
+    assert lines[-1].endswith(f"{mark}{number}")
+    assert len(lines) == len(plain)
+    assert all(line == before or line.startswith(f"{before}{mark}") for line, before in zip(lines, plain, strict=True))
+    assert log.shown(logged()) == log.dialect
+
+
+def test_the_axis_of_a_frame_is_the_one_that_it_pulls_whatever_its_extensometer_measures() -> None:
+    made = frame()
+    wale = replace(made, reads={name: read.replace("_C", "_W") for name, read in made.reads.items()})
+    assert axis_of(pinned(wale)) == "W"

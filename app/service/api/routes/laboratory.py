@@ -8,7 +8,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response
 
-from app.checks.dry_run import build_specimen, describe, dry_run
+from app.checks.dry_run import build_specimen, dry_run
+from app.checks.specimen_facts import describe
 from app.schemas import Loaded
 from app.schemas.machine_data import read_machine
 from app.schemas.material_files import known_materials
@@ -23,6 +24,8 @@ from app.views.renders import specimen_picture
 from app.views.tables import materials_data, specimen_data
 from rigs.logs.catalogue import LOGS
 from rigs.machines.catalogue import MACHINES
+from rigs.machines.fixtures import clamped_nodes
+from rigs.machines.pins import pins_on
 from rigs.protocol.catalogue import CATALOGUE
 
 router = APIRouter(tags=["laboratory"])
@@ -108,10 +111,15 @@ async def preview(request: Request, sent: Sent, here: Here) -> Any:  # noqa: ANN
 
 def _described(loaded: Loaded, _: Bounds) -> SpecimenView:
     """Return what is known of a specimen."""
-    return SpecimenView.model_validate(specimen_data(loaded.protocol, describe(build_specimen(loaded))))
+    protocol = loaded.protocol
+    facts = describe(build_specimen(loaded), protocol.fixtures, protocol.extensometer)
+    return SpecimenView.model_validate(specimen_data(protocol, facts))
 
 
 def _drawn(loaded: Loaded, _: Bounds) -> bytes:
     """Return the picture of a specimen."""
     with TemporaryDirectory() as folder:
-        return specimen_picture(build_specimen(loaded), Path(folder) / "specimen.png").read_bytes()
+        specimen = build_specimen(loaded)
+        clamped = clamped_nodes(specimen, loaded.protocol.fixtures)
+        pins = pins_on(specimen, loaded.protocol.extensometer)
+        return specimen_picture(specimen, Path(folder) / "specimen.png", clamped, pins).read_bytes()
