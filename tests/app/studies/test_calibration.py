@@ -42,7 +42,7 @@ steps:
 """
 
 
-def written(path: Path, upper: str, increment: str, *, E: str, mu: str = "0.3", r: str = "0.72 mm") -> Path:  # noqa: N803
+def written(path: Path, upper: str, increment: str, *, E: str, mu: str = "0.3", r: str = "0.72 mm") -> Path:
     path.write_text(PROTOCOL.format(E=E, mu=mu, r=r, upper=upper, increment=increment))
     return path
 
