@@ -176,19 +176,21 @@ def estimates(
     """
     count = sum(map(len, parts))
     rest = sum(float(np.sum(one**2)) for one in parts)
-    # Never less than one degree of freedom: a smooth misfit may leave few independent residuals.
-    effective = effective_count(parts)
-    freedom = max(effective - len(parameters), 1.0)
+    # A smooth misfit may leave few independent residuals.
+    effective = max(effective_count(parts), min(len(parameters) + 1.0, count))
+    freedom = max(count - len(parameters), 1)
     scatter = max((rest / max(count - len(parameters), 1)) ** 0.5, ROUGHNESS)
     reach = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) * scatter * (count / effective) ** 0.5
     _, values, right = np.linalg.svd(jacobian, full_matrices=False)
-    seen = (values > 2.0 * reach) & (values > ROUGHNESS / STEP * count**0.5)
+    # A bound makes misfit that is no scatter: there, only an effect within roughness is not seen.
+    held = any(_side(place) for place in z)
+    seen = ((values > 2.0 * reach) | held) & (values > ROUGHNESS / STEP * count**0.5)
     unseen = [_in_words(parameters, direction) for direction in right[~seen]]
     shares = np.max(np.abs(right[~seen]), axis=0, initial=0.0)
     covariance = (right[seen].T / values[seen] ** 2) @ right[seen]
     each, spread = [], np.sqrt(np.diag(covariance))
     for one, place, half, share in zip(parameters, z, reach * spread, shares, strict=True):
-        side = "lower" if place < AT_BOUND else "upper" if place > 1.0 - AT_BOUND else ""
+        side = _side(place)
         known, bounded = share < TAKES_PART, bool(side)
         ends = [one.value(place - half), one.value(place + half)] if known and not bounded else [nan, nan]
         used = one.value(place)
@@ -202,6 +204,11 @@ def estimates(
         singular_values=values / count**0.5,
         unseen=tuple(unseen),
     )
+
+
+def _side(place: float) -> str:
+    """Return the bound that a coordinate is at; empty between them."""
+    return "lower" if place < AT_BOUND else "upper" if place > 1.0 - AT_BOUND else ""
 
 
 def _in_words(parameters: Sequence[Bounded], direction: FloatArray) -> str:

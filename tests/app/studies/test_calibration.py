@@ -75,6 +75,7 @@ def test_a_modulus_comes_back_and_what_has_no_influence_is_named(tmp_path: Path)
     assert (tmp_path / "fit" / "fit.png").stat().st_size > 20_000
 
 
+@pytest.mark.slow
 def test_a_bound_that_is_hit_is_said(tmp_path: Path) -> None:
     hidden = written(tmp_path / "hidden.yaml", "10 %", "4 %", E="0.9 GPa")
     truth = kl.run(hidden, tmp_path / "truth", draw=None).folder

@@ -49,6 +49,16 @@ def test_an_effect_within_the_roughness_of_runs_is_no_direction_of_the_search() 
     assert np.allclose(kept[:, 0], jacobian[:, 0], atol=1e-4)
 
 
+def test_an_estimate_at_a_bound_is_named_and_has_no_interval() -> None:
+    # The misfit that a bound leaves is smooth and large.
+    effect = np.linspace(0.0, 0.3, 50)
+    found = estimates([E], np.array([1e-4]), effect[:, None], [0.5 * effect])
+    (one,) = found.each
+    assert (one.at_bound, one.value) == ("lower", pytest.approx(0.5, rel=1e-3))
+    assert np.isnan(one.low)
+    assert not found.unseen
+
+
 def test_correlated_residuals_count_for_fewer() -> None:
     rng = np.random.default_rng(5)
     white = rng.normal(size=4000)
