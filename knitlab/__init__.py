@@ -25,7 +25,7 @@ files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
 records    open_run gives a RunReader; figures
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
-           compare gives a Comparison, with an Alignment
+           compare gives a Comparison, with an Alignment; calibrate gives a Calibration
 service    Client
 errors     KnitlabError and its children; RunStoppedError
 
@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from app.schemas.material_files import known_materials as materials
     from app.schemas.units import parse as parse_quantity
     from app.service.errors import ServiceError, UnreachableError
+    from app.studies.calibration import Calibration, calibrate
     from app.version import __version__
     from app.views.overlay import Comparison, compare
     from knitlab_core.contact.bond_law import BondLaw
@@ -111,6 +112,7 @@ __all__ = [
     "Alignment",
     "BondLaw",
     "Bound",
+    "Calibration",
     "Choices",
     "Client",
     "Comparison",
@@ -161,6 +163,7 @@ __all__ = [
     "Zero",
     "__version__",
     "analyse",
+    "calibrate",
     "check",
     "compare",
     "figures",
@@ -181,6 +184,7 @@ _HOMES: Final = {
     "Alignment": "rigs.analysis.alignment:Alignment",
     "BondLaw": "knitlab_core.contact.bond_law:BondLaw",
     "Bound": "rigs.protocol.targets:Bound",
+    "Calibration": "app.studies.calibration:Calibration",
     "Choices": "rigs.analysis.choices:Choices",
     "Client": "app.client:Client",
     "Comparison": "app.views.overlay:Comparison",
@@ -231,6 +235,7 @@ _HOMES: Final = {
     "Zero": "rigs.protocol.protocol:Zero",
     "__version__": "app.version:__version__",
     "analyse": "app.records.analysis:analyse",
+    "calibrate": "app.studies.calibration:calibrate",
     "check": "app.checks.dry_run:dry_run",
     "compare": "app.views.overlay:compare",
     "figures": "app.records.results:figures_of",

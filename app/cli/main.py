@@ -14,6 +14,7 @@ import typer
 
 from app.cli.analyse import ANALYSE_HELP, analyse
 from app.cli.analysis import plot, sweep
+from app.cli.calibrate import CALIBRATE_HELP, calibrate
 from app.cli.compare import COMPARE_HELP, compare
 from app.cli.exit_codes import NOT_PRINTABLE, UNWRITABLE, USAGE, error_exit_code
 from app.cli.export import EXPORT_HELP, export
@@ -255,6 +256,7 @@ knitlab.command(
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )(plot)
 knitlab.command(short_help="Lay runs and measured files over each other.", epilog=COMPARE_HELP)(compare)
+knitlab.command(short_help="Fit parameters of a protocol to measured tests.", epilog=CALIBRATE_HELP)(calibrate)
 knitlab.command(
     name="master-curve",
     short_help="Ask whether knits of any design have one curve.",

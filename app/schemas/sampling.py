@@ -95,13 +95,25 @@ def _range(sample: SampleModel, name: str, params: Sequence[str], document: Docu
     ends = sample.of[name]
     if len(ends) != 2:
         raise _refusal(document, place, f"{len(ends)} values", "the two ends of a range, such as [0.7, 0.9]")
-    found = [_VALUE.fullmatch(str(end)) for end in ends]
-    if not all(found) or found[0] is None or found[1] is None or found[0][2] != found[1][2]:
+    first, last = (number_and_unit(end) for end in ends)
+    if first is None or last is None or first[1] != last[1]:
         raise _refusal(document, place, shown(ends), "two numbers of one unit, such as [6 mm, 12 mm]")
-    low, high = float(found[0][1]), float(found[1][1])
+    low, high = first[0], last[0]
     if not low < high:
         raise _refusal(document, place, shown(ends), "the smaller end first")
-    return low, high, found[0][2]
+    return low, high, first[1]
+
+
+def number_and_unit(value: object) -> tuple[float, str] | None:
+    """Return the number of a value as it is written, and its unit; None if it is not a number.
+
+    Examples
+    --------
+    >>> number_and_unit("6.5 mm"), number_and_unit(0.3), number_and_unit("pair")
+    ((6.5, 'mm'), (0.3, ''), None)
+    """
+    found = None if isinstance(value, bool) else _VALUE.fullmatch(str(value))
+    return None if found is None else (float(found[1]), found[2])
 
 
 def _refusal(document: Document, place: Place, found: str, expected: str, *, key: bool = False) -> ProtocolError:

@@ -88,26 +88,39 @@ def compare(
         If nothing is left to compare, a test lacks the cycle, or the axes of files and runs do not fit.
     """
     how = Alignment() if alignment is None else alignment
+    groups = groups_of(sources, mapping, how, axis, leave_out, repeats=repeats)
+    across, along = quantities(groups)
+    table = comparison_table(groups, across, along)
+    return Comparison(table=table, figure=draw(groups, table, (across, along), Path(out)))
+
+
+def groups_of(
+    sources: Sequence[Path | str],
+    mapping: Path | FileMapping | None,
+    how: Alignment,
+    axis: str | None,
+    leave_out: Collection[int] = (),
+    *,
+    repeats: bool = False,
+) -> list[Group]:
+    """Return the tests of runs and measured files, aligned, axis by axis; the arguments are those of `compare`."""
     if not sources:
         raise SpecificationError("sources", 0, "a run or a measured file, or several")
     found: list[Group] = []
     measured: list[Path] = []
     for source in map(Path, sources):
         if is_run(source):
-            found += _of_run(source, how)
+            found += run_groups(source, how)
         elif repeats:
             measured.append(source)
         else:
             found += _of_files([source], mapping, how, leave_out)
     if measured:
         found += _of_files(measured, mapping, how, leave_out)
-    groups = _named_apart(_on_axes(found, axis))
-    across, along = quantities(groups)
-    table = comparison_table(groups, across, along)
-    return Comparison(table=table, figure=draw(groups, table, (across, along), Path(out)))
+    return _named_apart(_on_axes(found, axis))
 
 
-def _of_run(path: Path, how: Alignment) -> list[Group]:
+def run_groups(path: Path, how: Alignment) -> list[Group]:
     """Return the axes of a run that its cycles drive, or all of them."""
     run = read_run(path)
     if len(run.trace) < 2:
