@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+import pytest
 
 from app.records.reader import RunReader
 from app.runs.use_cases import run_protocol
@@ -28,6 +29,13 @@ def extension(name: str, axis: Axis, other: Axis, folder: Path) -> float:
     return float(np.interp(FORCE, force, strain))
 
 
+@pytest.mark.slow
 def test_garter_extends_far_more_along_the_wale_than_stockinette(tmp_path: Path) -> None:
     stockinette, garter = (extension(f"{name}_wale", "W", "C", tmp_path) for name in ("stockinette", "garter"))
     assert garter > 3.0 * stockinette > 0.0
+
+
+@pytest.mark.slow
+def test_rib_extends_far_more_along_the_course_than_stockinette(tmp_path: Path) -> None:
+    stockinette, rib = (extension(f"{name}_course", "C", "W", tmp_path) for name in ("stockinette", "rib"))
+    assert rib > 3.0 * stockinette > 0.0

@@ -54,6 +54,7 @@ def calibrated(*words: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_a_modulus_comes_back_and_what_has_no_influence_is_named(tmp_path: Path) -> None:
     hidden = written(tmp_path / "hidden.yaml", "20 %", "8 %", E="0.9 GPa")
     log = next(kl.run(hidden, tmp_path / "truth", draw=None).folder.glob("*.csv"))

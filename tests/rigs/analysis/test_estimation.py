@@ -54,7 +54,8 @@ def test_an_estimate_at_a_bound_is_named_and_has_no_interval() -> None:
     effect = np.linspace(0.0, 0.3, 50)
     found = estimates([E], np.array([1e-4]), effect[:, None], [0.5 * effect])
     (one,) = found.each
-    assert (one.at_bound, one.value) == ("lower", pytest.approx(0.5, rel=1e-3))
+    assert one.at_bound == "lower"
+    assert one.value == pytest.approx(0.5, rel=1e-3)
     assert np.isnan(one.low)
     assert not found.unseen
 
