@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def test_designs_exist_and_a_larger_plan_begins_with_a_smaller_one() -> None:
-    few = planned(3)
-    assert [one.name for one in planned(5)][:3] == [one.name for one in few]
+    few = planned(1)
+    assert [one.name for one in planned(2)][:1] == [one.name for one in few]
     for one in few:
         assert from_yaml(to_yaml(one.protocol)) == one.protocol
         low, high = RANGES["E"]
