@@ -17,7 +17,7 @@ from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PROTOCOL, peak_memory
 from benchmarks.volumetric import EXAMPLES
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.record import Equilibrium
 
 SIZES: Final = {"planar": (3, 6, 10, 14, 20), "volumetric": (2, 3, 4, 6, 8)}

@@ -17,7 +17,7 @@ from knitlab_core.equilibrium import march
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.coupling import load_coupling
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:

@@ -14,12 +14,13 @@ from app.checks.dry_run import build_specimen
 from app.schemas import load
 from app.schemas.machine_data import machines_of
 from rigs.control.experiment import perform
-from rigs.machines.rig import Rig, mount
+from rigs.machines.mounting import mount
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.sparse.blocks import Pattern
+    from rigs.machines.rig import Rig
 
 PROTOCOL = Path(__file__).resolve().parent.parent / "examples" / "biaxial_cycle.yaml"
 PARTS = (

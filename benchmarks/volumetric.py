@@ -11,7 +11,7 @@ from app.schemas import loads
 from app.schemas.machine_data import machines_of
 from benchmarks.main_job import PARTS, peak_memory
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.record import Equilibrium, Outcome
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples" / "fig4c"

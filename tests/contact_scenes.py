@@ -19,7 +19,8 @@ from knitlab_core.contact.friction import Memory, recall, settle
 from knitlab_core.contact.neighbours import find_candidates
 from knitlab_core.contact.samples import sample_points
 from knitlab_core.contact.slip import Placed, material_frames, opened, place_edges
-from knitlab_core.equilibrium.model import SAMPLE_SPACING, make_model
+from knitlab_core.equilibrium.model import make_model
+from knitlab_core.equilibrium.strands import SAMPLE_SPACING
 from knitlab_core.rods.frames import follow
 
 if TYPE_CHECKING:

@@ -25,9 +25,9 @@ from app.schemas import load
 from app.schemas.machine_data import machines_of
 from knitlab_core.knits import NAMED_STITCHES
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, Protocol, Ramp, Target, Zero
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium
 from rigs.trace import trace_of
 

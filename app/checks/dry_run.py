@@ -15,7 +15,7 @@ from rigs.control.log_rate import require_rates
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.machines.pins import pins_on
 from rigs.machines.wires import require_room
-from rigs.protocol.specimen import SpecimenSpec, make_specimen
+from rigs.protocol.made_specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from rigs.machines.machine import MachineData
     from rigs.protocol.catalogue import MachineName
     from rigs.protocol.protocol import Protocol
+    from rigs.protocol.specimen import SpecimenSpec
     from rigs.protocol.strokes import Stroke
 
 

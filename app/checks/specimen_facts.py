@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from app.checks.budget import loop_budgets
 from knitlab_core.knits import clasp_counts
 from rigs.machines.pins import distance, pins_on
-from rigs.protocol.specimen import SpecimenSpec, gauge_lengths, make_specimen
+from rigs.protocol.made_specimen import gauge_lengths, make_specimen
+from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

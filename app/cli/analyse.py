@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+from pathlib import Path  # noqa: TC003 (typer reads the annotations)
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from app.cli.measured_options import GaugeLength, Mapping, Thickness, Width, mapping_of
 from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
     from rigs.analysis.choices import Choices, Window
-    from rigs.readers.mapping import FileMapping
 
 ANALYSE_HELP: Final = """\b
 Tables of any test:
@@ -37,16 +37,6 @@ Examples:
   knitlab analyse runs/first --json
   knitlab analyse runs/first --table energy --out energy.parquet
   knitlab analyse fabric.csv --gauge-length 69.2mm --width 66.56mm --window 0:5% --window 30%:40%"""
-
-Mapping = Annotated[
-    Path | None,
-    typer.Option(
-        help="What a measured file does not say (YAML).", show_default="one of its name beside it", dir_okay=False
-    ),
-]
-GaugeLength = Annotated[str | None, typer.Option(help="Distance of the hooks at no strain: 45 mm.")]
-Width = Annotated[str | None, typer.Option(help="Width of the specimen, for stress: 40 mm.")]
-Thickness = Annotated[str | None, typer.Option(help="Its thickness.", show_default="1 mm")]
 
 
 def analyse(
@@ -121,32 +111,6 @@ def _summary(place: Path, *, as_json: bool) -> None:
         print_losses(found.losses)
         print_steps(found.steps)
         print_figures(figures)
-
-
-def mapping_of(path: Path | None, gauge_length: str | None, width: str | None, thickness: str | None) -> FileMapping:
-    """Return what is known of a measured file: a mapping, and lengths that go before its own."""
-    from dataclasses import replace  # noqa: PLC0415
-
-    from app.schemas.measured import load_mapping  # noqa: PLC0415
-    from app.schemas.units import parse  # noqa: PLC0415
-    from rigs.readers.mapping import FileMapping  # noqa: PLC0415
-
-    known = FileMapping() if path is None else load_mapping(path)
-
-    def length(option: str, text: str | None, otherwise: float) -> float:
-        if text is None:
-            return otherwise
-        found = parse(text, "length", option)
-        if found <= 0.0:
-            raise SpecificationError(option, text, "a length above 0 m")
-        return found
-
-    return replace(
-        known,
-        gauge_length=length("--gauge-length", gauge_length, known.gauge_length),
-        width=length("--width", width, known.width),
-        thickness=length("--thickness", thickness, known.thickness),
-    )
 
 
 def choices_of(windows: list[str] | None, fit: str | None) -> Choices:

@@ -9,8 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from app.cli.analyse import GaugeLength, Mapping, Thickness, Width, mapping_of
 from app.cli.exit_codes import INTERRUPTED
+from app.cli.measured_options import (
+    Cycle,
+    GaugeLength,
+    LeaveOut,
+    Mapping,
+    Offset,
+    OneAxis,
+    Slack,
+    Thickness,
+    Width,
+    alignment_of,
+    mapping_of,
+)
 from app.cli.terminal import AsJson, Chosen, ProtocolPath, complain, values_of
 
 if TYPE_CHECKING:
@@ -39,15 +51,11 @@ def calibrate(  # noqa: PLR0913 (each is an option)
     ),
     jobs: Annotated[int, typer.Option(help="Processes that run at once.")] = 1,
     chosen: Chosen = None,
-    axis: Annotated[str | None, typer.Option(help="Fit to one axis alone; files that name none are of it.")] = None,
-    cycle: Annotated[int, typer.Option(help="Which cycle of each.", min=1)] = 1,
-    slack: Annotated[
-        str | None, typer.Option(help="Count strain from where this force is reached: 50 mN.", show_default="off")
-    ] = None,
-    offset: Annotated[bool, typer.Option("--offset", help="Count force from its mean before the start.")] = False,
-    leave_out: Annotated[
-        list[int] | None, typer.Option("--leave-out", help="Repeat of the files to leave out; may be repeated.")
-    ] = None,
+    axis: OneAxis = None,
+    cycle: Cycle = 1,
+    slack: Slack = None,
+    offset: Offset = False,
+    leave_out: LeaveOut = None,
     mapping: Mapping = None,
     gauge_length: GaugeLength = None,
     width: Width = None,
@@ -61,12 +69,9 @@ def calibrate(  # noqa: PLR0913 (each is an option)
     said and not estimated. Runs are kept: the same command again goes on where it was.
     """
     from app.cli.tables import Bar  # noqa: PLC0415
-    from app.schemas.units import parse  # noqa: PLC0415
     from app.studies.calibration import calibrate as calibrated  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
-    from rigs.analysis.alignment import Alignment  # noqa: PLC0415
 
-    level = None if slack is None else parse(slack, "force", "--slack")
     try:
         with Bar(hidden=quiet) as bar:
             found = calibrated(
@@ -78,7 +83,7 @@ def calibrate(  # noqa: PLR0913 (each is an option)
                 jobs=jobs,
                 chosen=values_of(chosen),
                 mapping=mapping_of(mapping, gauge_length, width, thickness),
-                alignment=Alignment(cycle=cycle, slack=level, offset=offset),
+                alignment=alignment_of(cycle, slack, offset=offset),
                 axis=axis,
                 leave_out=leave_out or (),
             )

@@ -8,7 +8,19 @@ from typing import Annotated, Final
 
 import typer
 
-from app.cli.analyse import GaugeLength, Mapping, Thickness, Width, mapping_of
+from app.cli.measured_options import (
+    Cycle,
+    GaugeLength,
+    LeaveOut,
+    Mapping,
+    Offset,
+    OneAxis,
+    Slack,
+    Thickness,
+    Width,
+    alignment_of,
+    mapping_of,
+)
 from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
 
 COMPARE_HELP: Final = """\b
@@ -28,15 +40,11 @@ def compare(  # noqa: PLR0913 (each is an option)
     table: Annotated[
         Path | None, typer.Option(help="Write the scores to this .csv or .parquet file.", dir_okay=False)
     ] = None,
-    axis: Annotated[str | None, typer.Option(help="Compare one axis alone; files that name none are of it.")] = None,
-    cycle: Annotated[int, typer.Option(help="Which cycle of each.", min=1)] = 1,
-    slack: Annotated[
-        str | None, typer.Option(help="Count strain from where this force is reached: 50 mN.", show_default="off")
-    ] = None,
-    offset: Annotated[bool, typer.Option("--offset", help="Count force from its mean before the start.")] = False,
-    leave_out: Annotated[
-        list[int] | None, typer.Option("--leave-out", help="Repeat of the files to leave out; may be repeated.")
-    ] = None,
+    axis: OneAxis = None,
+    cycle: Cycle = 1,
+    slack: Slack = None,
+    offset: Offset = False,
+    leave_out: LeaveOut = None,
     repeats: Annotated[bool, typer.Option("--repeats", help="All files are repeats of one test: one band.")] = False,
     mapping: Mapping = None,
     gauge_length: GaugeLength = None,
@@ -49,17 +57,14 @@ def compare(  # noqa: PLR0913 (each is an option)
     Repeats in a file make a band. Units and directions are made the same; each difference has its row in the table.
     """
     from app.records.table_files import write_table  # noqa: PLC0415
-    from app.schemas.units import parse  # noqa: PLC0415
     from app.views.figure_tables import print_table  # noqa: PLC0415
     from app.views.overlay import compare as compared  # noqa: PLC0415
-    from rigs.analysis.alignment import Alignment  # noqa: PLC0415
 
-    level = None if slack is None else parse(slack, "force", "--slack")
     found = compared(
         sources,
         out,
         mapping=mapping_of(mapping, gauge_length, width, thickness),
-        alignment=Alignment(cycle=cycle, slack=level, offset=offset),
+        alignment=alignment_of(cycle, slack, offset=offset),
         axis=axis,
         leave_out=leave_out or (),
         repeats=repeats,

@@ -16,7 +16,7 @@ from rigs.analysis.curve_tables import curves_table, fits_table, holds_table, po
 from rigs.analysis.figures import results_table
 from rigs.analysis.run_tables import bonds_table, contacts_table, energy_table, hooks_table, shapes_table
 from rigs.axes import SITES
-from rigs.protocol.specimen import make_specimen
+from rigs.protocol.made_specimen import make_specimen
 from rigs.readers.measured import read_measured
 
 if TYPE_CHECKING:

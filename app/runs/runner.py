@@ -30,7 +30,7 @@ from rigs.control.experiment import perform
 from rigs.control.log_rate import stretches_of
 from rigs.control.plan import planned_duration
 from rigs.instruments.channels import measured_parts
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.machines.shape import wire_ends
 
 if TYPE_CHECKING:

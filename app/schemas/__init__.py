@@ -28,7 +28,7 @@ from pydantic import ValidationError
 
 from app.extensions import load_extensions
 from app.schemas.convert import to_data, to_domain, to_yaml
-from app.schemas.convert_specimen import NamedText
+from app.schemas.convert_knits import NamedText
 from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text
 from app.schemas.errors import Faults, ProtocolError, in_order

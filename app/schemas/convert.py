@@ -27,7 +27,7 @@ from rigs.protocol.specimen import SpecimenSpec
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from app.schemas.convert_specimen import NamedText
+    from app.schemas.convert_knits import NamedText
     from app.schemas.document import Document
     from app.schemas.specimen import SpecimenModel
     from knitlab_core.materials import Substance

@@ -117,6 +117,16 @@ def law_as_printed(law: ContactLaw, least: float) -> ContactLaw:
     return law._replace(distance=distance, onset=onset, rise=rise(onset, law.rounding), reach=least)
 
 
+def scaled_law(law: ContactLaw, size: float, force: float = 1.0) -> ContactLaw:
+    """Return a contact law with its distances multiplied by one factor and its potential by another [1]."""
+    return law._replace(
+        coefficient=force * law.coefficient,
+        distance=size * law.distance,
+        reach=size * law.distance + law.onset,
+        overlap_limit=size * law.overlap_limit,
+    )
+
+
 def rise(onset: float, rounding: float) -> tuple[float, float, float, float]:
     """Return the coefficients of x^3 to x^6, x = p + onset, with which f rises to Hertz's p^(3/2) at p = rounding.
 

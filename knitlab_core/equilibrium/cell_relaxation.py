@@ -9,7 +9,7 @@ which the yarn is bent into the knit (`dry_relaxation`). What comes out is the f
 from dataclasses import dataclass, replace
 
 from knitlab_core.arrays import BoolArray
-from knitlab_core.contact.law import ContactLaw
+from knitlab_core.contact.law import scaled_law
 from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.dry_relaxation import idle, knit_in
@@ -79,7 +79,7 @@ def relax_cell(model: Model, state: State, *, options: Options = PATIENT) -> tup
     stage = _settled(loose, _Stage(state, size, STIFF, work.clock.iterations), options)
     for _ in range(MOST_STAGES):
         if stage.size < 1.0:
-            law = sized(model.law, stage.size, stage.force)
+            law = scaled_law(model.law, stage.size, stage.force)
             room = least_distance(stage.state.q, model.samples, law) / core
             size = min(1.0, GROWTH * stage.size, stage.size + SHARE * (room - stage.size))
             stage = _settled(loose, replace(stage, size=size), options)
@@ -90,19 +90,8 @@ def relax_cell(model: Model, state: State, *, options: Options = PATIENT) -> tup
     return idle(stage.state), stage.iterations
 
 
-def sized(law: ContactLaw, size: float, force: float) -> ContactLaw:
-    """Return a contact law with its distances and its force multiplied by factors [1]."""
-    distance = size * law.distance
-    return law._replace(
-        distance=distance,
-        reach=distance + law.onset,
-        overlap_limit=size * law.overlap_limit,
-        coefficient=force * law.coefficient,
-    )
-
-
 def _with_law(model: Model, size: float, force: float) -> Model:
-    return replace(model, law=sized(model.law, size, force))
+    return replace(model, law=scaled_law(model.law, size, force))
 
 
 def _with_lengths(model: Model, *, prescribed: bool) -> BoolArray:

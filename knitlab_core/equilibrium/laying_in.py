@@ -8,7 +8,7 @@ it. Then the radius grows to the whole one in stages, each an equilibrium; loops
 
 from dataclasses import replace
 
-from knitlab_core.contact.law import ContactLaw
+from knitlab_core.contact.law import scaled_law
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.dry_relaxation import DIRECT, REACH, follow_down, idle, knit_in, settled_rods
 from knitlab_core.equilibrium.model import Model, State
@@ -18,13 +18,6 @@ from knitlab_core.equilibrium.workspace import Workspace
 
 GROWTH = 0.05
 """Growth of the contact radius in a stage [r]: two strands then overlap by as much more as a mesh may overlap them."""
-
-
-def scaled_law(law: ContactLaw, share: float) -> ContactLaw:
-    """Return the contact law of strands whose contact radius is a share of the model's [r]; as stiff as its own."""
-    return law._replace(
-        distance=share * law.distance, reach=share * law.distance + law.onset, overlap_limit=share * law.overlap_limit
-    )
 
 
 def lay_in(model: Model, state: State, share: float, *, options: Options = DIRECT) -> State:

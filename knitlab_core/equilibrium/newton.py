@@ -16,7 +16,7 @@ import numpy as np
 
 from knitlab_core.arrays import FloatArray
 from knitlab_core.equilibrium.coupling import coupled_step
-from knitlab_core.equilibrium.model import SMALLEST_FLOOR
+from knitlab_core.equilibrium.strands import SMALLEST_FLOOR
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.sparse.sums import inner, length

@@ -8,6 +8,7 @@ cell meets across the opposite side as well, and is counted once (`half_space`).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise, product
 from typing import NamedTuple
 
@@ -15,23 +16,10 @@ import numpy as np
 
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.compression import Compression
-from knitlab_core.contact.law import make_law
-from knitlab_core.contact.neighbours import least_distance
 from knitlab_core.contact.samples import Samples
 from knitlab_core.equilibrium.links import ENDS, SOFT, Links
-from knitlab_core.equilibrium.model import (
-    DECIMALS,
-    NARROW_SPACING,
-    SAMPLE_SPACING,
-    SLIP,
-    Model,
-    State,
-    force_floor,
-    make_samples,
-    narrowed,
-    storing,
-    unstressed,
-)
+from knitlab_core.equilibrium.model import DECIMALS, Model, State, unstressed
+from knitlab_core.equilibrium.strands import SAMPLE_SPACING, contact_of, force_floor, make_samples, storing
 from knitlab_core.equilibrium.ties import Ties
 from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.rods.section import SOLID, Section, with_section
@@ -182,15 +170,16 @@ def make_cell(
     state = unstressed(np.column_stack([x, np.zeros(n)]), frames)
     edge = float(rods.rest_length[rods.has_edge & soft].mean())
     scales = Scales(radius=radius, young_modulus=young_modulus)
-    if compression is None:
-        law = make_law(poisson_ratio, friction, slip=SLIP)
-    else:
-        law = compression.law(scales, friction, SLIP)
-        sample_spacing = min(sample_spacing, NARROW_SPACING if compression.narrow else sample_spacing)
-    samples = _samples(rods, layout, edge, sample_spacing)
-    if not straight and least_distance(state.q, samples, law) < law.reach:
-        samples = _samples(rods, layout, edge, min(sample_spacing, NARROW_SPACING))
-        law = narrowed(law, least_distance(state.q, samples, law))
+    samples, law = contact_of(
+        partial(_samples, rods, layout, edge),
+        state.q,
+        scales,
+        poisson_ratio=poisson_ratio,
+        friction=friction,
+        compression=compression,
+        spacing=sample_spacing,
+        printed=not straight,
+    )
     model = Model(
         rods=rods,
         force_floor=force_floor(rods._replace(is_inner=rods.is_inner & soft)),

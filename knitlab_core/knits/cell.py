@@ -87,11 +87,6 @@ def knit_cell(
     fibres = Yarn(fibre_radius=knit.fibre_radius) if yarn is None else yarn
     if fibres.model == "bundle" and fibres.fibres > 1:
         raise SpecificationError("specimen.yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres")
-    vectors = np.array([[float(loops), 0.0, 0.0], [0.0, rows * knit.row_spacing, 0.0]])
-    cut = [_cut(knit, row, loops) for row in range(rows + 1)]
-    for row in cut:
-        _check_goes_on(row, vectors[0])
-    _check_repeats(cut[0], cut[rows], vectors[1], rows)
     counts = Counts(rows + 2, loops + 2)
     line = knit.centreline(counts)
     knit.check_held(counts)
@@ -99,19 +94,13 @@ def knit_cell(
         gap = knit.clearance(line, counts, loop_width=loop_width)
     else:
         gap = check_fibres(line, yarn, loop_width=loop_width).between
+    cut, vectors = _cut_rows(knit, rows, loops)
     edges = max(8, round(cut[0].length / knit.loop_length(counts) * nodes_per_loop))
-    middle = np.array([0.5 * (loops + 2 * MARGIN - 1), 0.5 * (rows - 1) * knit.row_spacing, 0.0])
-    nodes = []
-    for row in cut[:rows]:
-        period = row.direction * vectors[0]
-        own = closed_control_points(row.at(np.arange(edges) / edges), period) - middle
-        nodes.append(np.concatenate([own, own[:2] + period]))
-    step = cut[0].length / edges
     laid = fibres.contact_radius * loop_width
     radius = laid if contact_radius is None else contact_radius
     return Specimen(
-        nodes=np.concatenate(nodes) * loop_width,
-        arc_lengths=step * np.arange(edges + 2, dtype=np.float64) * loop_width,
+        nodes=_nodes(knit, cut, vectors, edges) * loop_width,
+        arc_lengths=cut[0].length / edges * np.arange(edges + 2, dtype=np.float64) * loop_width,
         yarn=fibres,
         radius=radius,
         loop_width=loop_width,
@@ -123,8 +112,29 @@ def knit_cell(
         yarn_length=rows * cut[0].length * loop_width,
         clearance=gap * loop_width - 2.0 * (radius - laid),
         sites=MappingProxyType({}),
-        cell=Cell(vectors * loop_width, tuple((row.direction, 0) for row in cut[:rows]), _reach(knit, rows, loops)),
+        cell=Cell(vectors * loop_width, tuple((row.direction, 0) for row in cut), _reach(knit, rows, loops)),
     )
+
+
+def _cut_rows(knit: PlanarKnit, rows: int, loops: int) -> tuple[list[_Stretch], FloatArray]:
+    """Return the rows of a cell and its vectors (2, 3) [loop widths]; refuse a knit that does not repeat so."""
+    vectors = np.array([[float(loops), 0.0, 0.0], [0.0, rows * knit.row_spacing, 0.0]])
+    *cut, after = (_cut(knit, row, loops) for row in range(rows + 1))
+    for row in (*cut, after):
+        _check_goes_on(row, vectors[0])
+    _check_repeats(cut[0], after, vectors[1], rows)
+    return cut, vectors
+
+
+def _nodes(knit: PlanarKnit, cut: list[_Stretch], vectors: FloatArray, edges: int) -> FloatArray:
+    """Return the nodes of a cell about its middle, row by row, each with two of the next period [loop widths]."""
+    middle = np.array([0.5 * (vectors[0, 0] + 2 * MARGIN - 1), 0.5 * (len(cut) - 1) * knit.row_spacing, 0.0])
+    rows = []
+    for row in cut:
+        period = row.direction * vectors[0]
+        own = closed_control_points(row.at(np.arange(edges) / edges), period) - middle
+        rows.append(np.concatenate([own, own[:2] + period]))
+    return np.concatenate(rows)
 
 
 class _Stretch(NamedTuple):

@@ -105,7 +105,7 @@ def power_law(designs: Sequence[Design], names: Sequence[str], at: float, *, see
     """Fit exponents to the stresses of designs at a strain.
 
     Ordinary least squares on logarithms; intervals by Student's t; errors of designs left out by the leverages
-    (Allen's PRESS, Technometrics 16:125, 1974); the permutation test deals the stresses anew to the designs
+    (Allen's PRESS, Technometrics 16:125, 1974); the permutation test assigns the stresses to the designs at random
     (Freedman and Lane 1983).
 
     Parameters
@@ -150,8 +150,8 @@ def power_law(designs: Sequence[Design], names: Sequence[str], at: float, *, see
     hat = matrix @ inverse @ matrix.T
     as_good = 0
     for _ in range(TRIALS):
-        dealt = rng.permutation(y)
-        as_good += 1.0 - float(((dealt - hat @ dealt) ** 2).sum()) / total >= explained
+        permuted = rng.permutation(y)
+        as_good += 1.0 - float(((permuted - hat @ permuted) ** 2).sum()) / total >= explained
     return PowerLaw(
         exponents=tuple(Exponent(*one) for one in zip(names, map(float, found[1:]), map(float, half[1:]), strict=True)),
         constant=float(found[0] - logs.mean(axis=0) @ found[1:]),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from knitlab_core.equilibrium.rupture import sever
 from knitlab_core.equilibrium.workspace import Workspace
-from rigs.machines.rig import as_mounted
+from rigs.machines.mounting import as_mounted
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State

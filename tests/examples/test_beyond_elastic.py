@@ -17,9 +17,9 @@ from app.schemas import from_yaml, load
 from app.schemas.machine_data import machines_of
 from rigs.analysis.material_limits import unused_yield
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Ramp, Target, Zero
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 from rigs.trace import trace_of
 from tests.synthetic_run import BOTH

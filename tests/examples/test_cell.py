@@ -14,7 +14,7 @@ from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, load, loads
 from app.views.drawing import draw_here
 from rigs.analysis.stress_strain import stress_strain
-from rigs.protocol.specimen import make_specimen
+from rigs.protocol.made_specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell.yaml"

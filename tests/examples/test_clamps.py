@@ -14,8 +14,8 @@ from app.runs.use_cases import run_protocol
 from app.schemas import from_yaml, load, to_yaml
 from knitlab_core.knits import clamp_nodes
 from rigs.machines.pins import distance, pins_on
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle
-from rigs.protocol.specimen import make_specimen
 from tests.examples.test_examples import EXAMPLES, Ran
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from app.schemas import from_yaml, to_yaml
 from app.views.drawing import draw_here
 from rigs.analysis.branches import branch
 from rigs.analysis.stress_strain import stress_strain
-from rigs.protocol.specimen import make_specimen
+from rigs.protocol.made_specimen import make_specimen
 from tests.synthetic_run import BOTH
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from app.schemas.machine_data import machines_of
 from app.views.compare import compared
 from knitlab_core.errors import SpecificationError
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Ramp, Target
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from app.schemas import load
 from app.schemas.machine_data import machines_of
 from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, Hold, Image, Ramp, Target, UntilRupture, Zero
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 from rigs.trace import trace_of
 

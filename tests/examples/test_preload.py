@@ -15,8 +15,8 @@ from app.schemas.machine_data import machines_of
 from rigs.analysis.stress_strain import stress_strain
 from rigs.control.experiment import perform
 from rigs.instruments.zeros import Zeroing, size_in_time, zeroed
-from rigs.machines.rig import mount
-from rigs.protocol.specimen import make_specimen
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 from rigs.trace import trace_of
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.schemas import from_yaml
-from rigs.protocol.specimen import make_specimen
+from rigs.protocol.made_specimen import make_specimen
 
 PAGE = (Path(__file__).parents[2] / "docs" / "specimens.md").read_text(encoding="utf-8")
 SNIPPETS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from knitlab_core.contact.stiffness import contact_hessian
-from knitlab_core.equilibrium.model import NARROW_SPACING
 from knitlab_core.equilibrium.pattern import make_pattern, multiply
+from knitlab_core.equilibrium.strands import NARROW_SPACING
 from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.rods.section import measured_section
 from tests.contact_scenes import straight, touch

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from app.schemas.machine_data import machines_of
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Extensometer, LogSpec, Protocol, SpecimenSpec, Step
-from rigs.protocol.specimen import make_specimen
 
 if TYPE_CHECKING:
     from collections.abc import Callable

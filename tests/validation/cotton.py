@@ -9,7 +9,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from knitlab_core.equilibrium.dry_relaxation import STEPS, knit_in
-from knitlab_core.equilibrium.model import SAMPLE_SPACING, Model, State, make_model
+from knitlab_core.equilibrium.model import Model, State, make_model
+from knitlab_core.equilibrium.strands import SAMPLE_SPACING
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_STITCHES, Specimen, knit_specimen
 from knitlab_core.materials import material_named

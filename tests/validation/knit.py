@@ -16,7 +16,7 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import NAMED_STITCHES, SiteSet, Specimen, knit_specimen
-from rigs.protocol.specimen import gauge_lengths
+from rigs.protocol.made_specimen import gauge_lengths
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,8 +17,8 @@ from scipy.special import ellipe, ellipk
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.dry_relaxation import STEPS, knit_in
 from knitlab_core.equilibrium.march import march
-from knitlab_core.equilibrium.model import SAMPLE_SPACING
 from knitlab_core.equilibrium.newton import Options
+from knitlab_core.equilibrium.strands import SAMPLE_SPACING
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.knits import clasp_numbers
 from tests.validation.bare_rod import EI, bare_rod

@@ -18,9 +18,9 @@ from knitlab_core.equilibrium.newton import Options
 from rigs.analysis.branches import branch
 from rigs.analysis.work import loop_area
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, LogSpec, Protocol, SpecimenSpec, Zero
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium
 from rigs.trace import Trace, trace_of
 

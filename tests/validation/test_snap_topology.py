@@ -24,7 +24,7 @@ from knitlab_core.equilibrium.rupture import break_fibre, sever, weakest
 from knitlab_core.equilibrium.snap_through import longest_way
 from knitlab_core.equilibrium.workspace import Workspace
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.record import Outcome
 from tests.contact_scenes import sampled
 from tests.validation.knit import make_knit

@@ -18,7 +18,7 @@ from app.runs.use_cases import run_protocol
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.errors import FormatError
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
 from rigs.record import Outcome
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from app.records.reader import RunReader
 from app.runs.use_cases import resume_run, run_protocol
 from app.schemas.document import parse_text
 from knitlab_core.knits import knit_specimen
-from rigs.protocol.specimen import _made
+from rigs.protocol.made_specimen import _made
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,7 +15,7 @@ from app.views.labels import friction_value, material_label, yarn_label
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MeasuredYarn
 from rigs.analysis.material_limits import limits_of
-from rigs.protocol.specimen import make_specimen
+from rigs.protocol.made_specimen import make_specimen
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

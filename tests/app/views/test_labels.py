@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -12,7 +13,10 @@ from app.schemas import load, loads, to_yaml
 from app.schemas.machine_data import machines_of
 from app.views.labels import beyond_elastic, yarn_label
 from knitlab_core.knits import same_area
-from rigs.protocol.specimen import SpecimenSpec, make_specimen
+from rigs.protocol.made_specimen import make_specimen
+
+if TYPE_CHECKING:
+    from rigs.protocol.specimen import SpecimenSpec
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PLAIN = load(EXAMPLES / "biaxial_small.yaml").protocol

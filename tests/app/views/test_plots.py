@@ -16,11 +16,11 @@ from app.views.plots import legend_of, stress_strain_plot
 from app.views.plotting import DPI, PixelImage, save
 from app.views.renders import (
     beyond,
-    colour_limits,
     knit_frames,
     marked_frames,
     specimen_picture,
 )
+from app.views.tube_figures import colour_limits, draw
 from app.views.tubes import fit_window, smooth_curve, tube
 from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, knit_specimen
@@ -291,7 +291,7 @@ def test_pictures_of_a_run_and_of_a_specimen(run: RunReader, tmp_path: Path) -> 
 
 
 def test_titles_of_shapes_say_where_strain_counts_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn, draw = [], renders.draw
+    drawn: list[list[str]] = []
 
     def kept(tubes: Any, titles: list[str], *rest: Any, **look: Any) -> Figure:  # noqa: ANN401 (handed through)
         drawn.append(titles)
@@ -344,7 +344,7 @@ def test_strands_are_tubes_of_their_own_and_breaks_are_left_open() -> None:
 def test_an_image_of_a_knit_has_the_pixels_of_its_place_on_the_page(tmp_path: Path, count: int) -> None:
     nodes = knit_nodes(0.2)
     tubes = [tube(nodes, np.zeros(len(nodes)), 0.4e-3)] * count
-    figure = renders.draw(tubes, ["a title\nof two lines"] * count, "values", lambda _: None)
+    figure = draw(tubes, ["a title\nof two lines"] * count, "values", lambda _: None)
     save(figure, tmp_path / "page.png")
     scale = DPI / figure.dpi
     for axes in figure.axes[:count]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knitlab_core.contact.compression import Compression
-from knitlab_core.contact.law import make_yarn_law, pair_potential
-from knitlab_core.equilibrium.cell_relaxation import relax_cell, sized
+from knitlab_core.contact.law import make_yarn_law, pair_potential, scaled_law
+from knitlab_core.equilibrium.cell_relaxation import relax_cell
 from knitlab_core.equilibrium.periodic import Period, make_cell
 from knitlab_core.knits import Counts, Stitch, knit_cell
 from knitlab_core.rods.section import measured_section
@@ -18,7 +18,7 @@ YARN_OF_A_STITCH = 11.28e-3
 
 def test_a_sized_law_keeps_its_form() -> None:
     law = make_yarn_law(0.7, 2.4, 0.44, 0.3)
-    small = sized(law, 0.5, 3.0)
+    small = scaled_law(law, 0.5, 3.0)
     for share in (0.1, 0.5, 0.9):
         psi, _, _ = pair_potential(share * law.overlap_limit, law)
         assert pair_potential(share * small.overlap_limit, small)[0] == pytest.approx(3.0 * psi, rel=1e-12)

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from knitlab_core.contact.law import make_law, pair_potential
-from knitlab_core.equilibrium.laying_in import lay_in, scaled_law
+from knitlab_core.contact.law import make_law, pair_potential, scaled_law
+from knitlab_core.equilibrium.laying_in import lay_in
 from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.model import Model, State, make_model
 from knitlab_core.equilibrium.workspace import Workspace

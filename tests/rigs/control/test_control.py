@@ -14,7 +14,8 @@ from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
 from rigs.control.setpoint_search import FINEST_DIGIT, FORCE_TOLERANCE
 from rigs.instruments.zeros import Zeroing
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
@@ -28,7 +29,6 @@ from rigs.protocol.protocol import (
     UntilRupture,
     Zero,
 )
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
 

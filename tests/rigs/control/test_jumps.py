@@ -14,9 +14,9 @@ from app.schemas.machine_data import machines_of
 from rigs.control.experiment import perform
 from rigs.instruments.channels import measure
 from rigs.jumps import jumped
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Ramp, StrainRate, Target
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 from rigs.trace import trace_of
 

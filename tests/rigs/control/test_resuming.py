@@ -15,9 +15,9 @@ from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
 from rigs.instruments.zeros import Zeroing
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target, Zero
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Frame
 
 if TYPE_CHECKING:

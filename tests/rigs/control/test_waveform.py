@@ -10,9 +10,9 @@ import pytest
 from app.schemas.machine_data import machines_of
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount
+from rigs.machines.mounting import mount
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Waveform
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium
 from tests.rigs.control.test_resuming import filed, same, without_checkpoints
 

@@ -16,9 +16,10 @@ from knitlab_core.rods.relaxation import rod_strains
 from rigs.analysis.stress_strain import stress_strain
 from rigs.axes import COORDINATE
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount, pose, read
+from rigs.machines.mounting import mount
+from rigs.machines.rig import pose, read
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, Preload
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 
 if TYPE_CHECKING:

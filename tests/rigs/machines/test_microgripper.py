@@ -15,9 +15,10 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import plate_nodes
 from rigs.analysis.stress_strain import stress_strain
 from rigs.control.path import AxisPath, follow
-from rigs.machines.rig import mount, pose, read
+from rigs.machines.mounting import mount
+from rigs.machines.rig import pose, read
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
-from rigs.protocol.specimen import make_specimen
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -15,10 +15,11 @@ from knitlab_core.knits import NAMED_STITCHES, same_area
 from knitlab_core.materials import MATERIALS
 from knitlab_core.rods.section import yarn_section
 from rigs.control.experiment import perform
-from rigs.machines.rig import mount, place_of, pose, without_edge
+from rigs.machines.mounting import mount
+from rigs.machines.rig import place_of, pose, without_edge
 from rigs.machines.shape import axial_strain
+from rigs.protocol.made_specimen import gauge_lengths, make_specimen
 from rigs.protocol.protocol import Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target
-from rigs.protocol.specimen import gauge_lengths, make_specimen
 from rigs.record import Equilibrium, Outcome
 from tests.synthetic_run import BOTH
 

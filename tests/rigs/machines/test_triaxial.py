@@ -18,10 +18,11 @@ from rigs.control.experiment import perform
 from rigs.control.path import AxisPath, follow
 from rigs.instruments.channels import measure
 from rigs.instruments.signals import Curve
-from rigs.machines.rig import mount, pose, read
+from rigs.machines.mounting import mount
+from rigs.machines.rig import pose, read
 from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Protocol, Ramp, SpecimenSpec, Target
-from rigs.protocol.specimen import make_specimen
 from rigs.record import Equilibrium, Outcome
 from rigs.trace import trace_of
 

@@ -14,7 +14,8 @@ from rigs.axes import SITES
 from rigs.machines.fixtures import grips_on
 from rigs.machines.wires import hang_on_wires, require_room, sliding_hooks
 from rigs.protocol.catalogue import arranged
-from rigs.protocol.specimen import SpecimenSpec, make_specimen
+from rigs.protocol.made_specimen import make_specimen
+from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:
     from knitlab_core.knits import Specimen

@@ -9,6 +9,7 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import NAMED_STITCHES, knit_specimen
 from rigs.control.plan import planned_duration, planned_images, planned_rows, planned_steps
 from rigs.control.planner import Planner
+from rigs.protocol.made_specimen import gauge_lengths
 from rigs.protocol.protocol import (
     Cycle,
     ForceRate,
@@ -27,7 +28,6 @@ from rigs.protocol.protocol import (
     UntilRupture,
     Zero,
 )
-from rigs.protocol.specimen import gauge_lengths
 from rigs.protocol.strokes import PRELOAD_REACH, Readings, Situation, Stroke
 from rigs.protocol.unrolled import unrolled
 from tests.planned import planned_strokes

@@ -99,7 +99,7 @@ def test_a_job_cancelled_while_nobody_is_there_never_begins_again(lab: Lab) -> N
     assert begun(lab.files(job)) == 1
 
 
-@pytest.mark.parametrize("jobs", [10, pytest.param(200, marks=long)])
+@pytest.mark.parametrize("jobs", [6, pytest.param(200, marks=long)])
 def test_a_storm_loses_no_job_and_ends_none_twice(lab: Lab, jobs: int) -> None:
     many = not lab.store.settings.embedded
     storm = Storm(
