@@ -102,6 +102,12 @@ def _of_fibres() -> Protocol:
     return replace(protocol, specimen=replace(protocol.specimen, yarn=replace(yarn, model="yarn")))
 
 
+def _cell() -> Protocol:
+    protocol = load(EXAMPLES / "cell.yaml").protocol
+    specimen = replace(protocol.specimen, nodes_per_loop=24)
+    return replace(protocol, specimen=specimen, steps=_cycled(0.36), max_strain_increment=0.025)
+
+
 SPECIMENS: Final[Mapping[str, Callable[[], Protocol]]] = {
     "planar 2x2": lambda: _planar("stockinette-default", 2, _cycled(0.25)),
     "paper-fit 3x3": lambda: _planar("paper-fit", 3, _cycled(0.3)),
@@ -115,6 +121,8 @@ SPECIMENS: Final[Mapping[str, Callable[[], Protocol]]] = {
     "viscoelastic": lambda: _example("creeping", nodes_per_loop=32),
     "yielding": lambda: _example("yielding", _cycled(0.3), nodes_per_loop=32),
     "yarn by measurement": lambda: _example("yarn", _cycled(0.3)),
+    "periodic cell": _cell,
+    "fabric at rest, pulled": lambda: load(EXAMPLES / "fabric" / "stockinette_wale.yaml").protocol,
 }
 """A short test on each kind of specimen."""
 
