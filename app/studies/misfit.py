@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +34,7 @@ class Misfit:
     groups: Sequence[Group]
     how: Alignment
     _layout: list[tuple[object, ...]] | None = None
+    _kept: dict[Path, dict[tuple[str, str], list[Residuals]]] = field(default_factory=dict)
 
     def __call__(self, z: FloatArray) -> FloatArray:
         """Return all residuals (m,); infinite where values cannot be run, which makes the search's step smaller."""
@@ -91,6 +92,12 @@ class Misfit:
         return np.concatenate([one.scaled for each in parts.values() for one in each])
 
     def _parts(self, folder: Path) -> dict[tuple[str, str], list[Residuals]]:
+        """Return the residuals of a run, read once."""
+        if folder not in self._kept:
+            self._kept[folder] = self._compared(folder)
+        return self._kept[folder]
+
+    def _compared(self, folder: Path) -> dict[tuple[str, str], list[Residuals]]:
         if len(RunReader(folder / RECORD).trace) < 2:
             return {}
         models = {group.axis: group.tests[0] for group in run_groups(folder, self.how)}
