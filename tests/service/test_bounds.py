@@ -173,7 +173,7 @@ def test_size_of_a_specimen_is_bounded_before_it_is_built(
     http: httpx.Client, protocol: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     huge = protocol.replace("loops: [2, 2]", "loops: [100, 100], nodes_per_loop: 1000")
-    monkeypatch.setattr("rigs.protocol.specimen.knit_specimen", never)
+    monkeypatch.setattr("rigs.protocol.made_specimen.knit_specimen", never)
     refused(http.post("/v1/specimens:preview", content=huge, headers=YAML), 422, Bounds().nodes)
     bundle = protocol.replace("loops: [2, 2]", "loops: [60, 60], yarn: {fibres: 61, model: bundle}")
     refused(http.post("/v1/jobs", content=bundle, headers=YAML), 422, Bounds().nodes)
