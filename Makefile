@@ -5,7 +5,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long check readers validate bench format console-parts clean
+.PHONY: help demo test test-long check readers installed validate bench format console-parts clean
 
 help:  ## Show what can be made.
 	@sed -n 's/^\([a-z-]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
@@ -28,6 +28,9 @@ check: .venv/installed-dev  ## Check format, lint, types and the direction of im
 readers: .venv/installed-dev  ## Read files of real runs with people's own readers.
 	tests/readers/run.sh $(BIN)/python
 
+installed: .venv/bin/python  ## Build the wheel, install it apart and use it outside the sources.
+	tests/installed/run.sh $(BIN)/python
+
 validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included.
 	$(BIN)/pytest tests/validation -m "" --quiet $(TESTS)
 
@@ -42,7 +45,7 @@ console-parts:  ## Bundle the console's parts anew from npm's packages (needs No
 	cd app/service/console/vendor && npm install --silent --no-package-lock && npm run --silent build && rm -rf node_modules
 
 clean:  ## Remove what was installed, built and cached here.
-	rm -rf .venv .venv-readers build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-installed .venv-readers build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A stamp that is newer than its sources means: nothing to install.

@@ -7,7 +7,10 @@ import os
 import socket
 import sys
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
+
+import portalocker
+from portalocker import LockFlags
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,19 +33,22 @@ class LockedError(Exception):
 
 
 def lock(handle: int, *, shared: bool = False) -> bool:
-    """Lock an open file without waiting; return whether that succeeded. Windows has no shared locks."""
+    """Lock an open file without waiting; return whether that succeeded. On Windows all locks are exclusive."""
+    kind = LockFlags.SHARED if shared and sys.platform != "win32" else LockFlags.EXCLUSIVE
     try:
-        if sys.platform == "win32":
-            import msvcrt  # noqa: PLC0415 (of one system only)
-
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl  # noqa: PLC0415 (of the other systems only)
-
-            fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except OSError:
+        portalocker.lock(handle, kind | LockFlags.NON_BLOCKING)
+    except portalocker.LockException:
         return False
     return True
+
+
+def _said(file: IO[bytes]) -> dict[str, Any]:
+    """Return what a lock's file says of its holder; nothing where Windows does not let it be read."""
+    try:
+        file.seek(0)
+        return dict(json.loads(file.read() or b"{}"))
+    except OSError:
+        return {}
 
 
 @contextmanager
@@ -56,8 +62,7 @@ def held(path: Path) -> Iterator[None]:
     """
     with path.open("a+b", buffering=0) as file:
         if not lock(file.fileno()):
-            file.seek(0)
-            said = json.loads(file.read() or b"{}")
+            said = _said(file)
             raise LockedError(str(said.get("host", "?")), str(said.get("pid", "?")))
         file.truncate(0)
         file.write(json.dumps({"host": socket.gethostname(), "pid": os.getpid()}).encode())
@@ -69,7 +74,7 @@ def holder(path: Path) -> int | None:
     try:
         with path.open("rb") as file:
             if not lock(file.fileno(), shared=True):
-                said = json.loads(file.read() or b"{}")
+                said = _said(file)
                 return int(said["pid"]) if said.get("host") == socket.gethostname() else None
     except FileNotFoundError:
         pass

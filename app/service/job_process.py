@@ -5,17 +5,13 @@ Kept light: the process imports this first, and the solver only once it holds th
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
-import signal
 import sys
-import threading
 import time
 import traceback
 from contextlib import suppress
 from functools import partial
-from multiprocessing import connection, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,13 +20,14 @@ from app.records.folder import RECORD
 from app.records.storage import fault_of
 from app.service.folder import JobFolder, Result
 from app.service.jobs import Progress
+from app.service.processes import end_with_parent, leave_terminal, when_asked
 from app.service.row_file import RowFile, restore
 from knitlab_core.errors import FormatError, KnitlabError
 from knitlab_core.threads import use_threads
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from types import FrameType
+    from multiprocessing.synchronize import Event
 
     from app.records.reader import RunReader
     from app.runs.use_cases import RunResult
@@ -49,7 +46,7 @@ class StopAskedError(Exception):
     """Stop the solver because the supervisor asked for it."""
 
 
-def work(folder: str, threads: int = 1) -> None:
+def work(folder: str, threads: int = 1, stop: Event | None = None) -> None:
     """Work on a job until it ends or is stopped; the result says how, not the exit code.
 
     Parameters
@@ -58,21 +55,23 @@ def work(folder: str, threads: int = 1) -> None:
         The job's folder.
     threads : int
         Threads of its solver.
+    stop : Event, optional
+        Set when the job shall stop, where SIGTERM cannot say it.
     """
     use_threads(threads)
     files = JobFolder(Path(folder))
-    os.setsid()  # Ctrl-C in the server's terminal must not reach the job
-    _die_with_parent()
-    _work_in(files)
+    leave_terminal()
+    end_with_parent(LOCKED)
+    _work_in(files, stop)
 
 
-def _work_in(files: JobFolder) -> None:
+def _work_in(files: JobFolder, stop: Event | None = None) -> None:
     """Work in a job's folder; exit with one of the exit codes if the job has not ended."""
     try:
         _redirect_output(files.log)
         with files.lock():
             if files.result() is None:
-                _attempt(files)
+                _attempt(files, stop)
     except LockedError:
         sys.exit(LOCKED)
     except StopAskedError:
@@ -85,12 +84,10 @@ def _work_in(files: JobFolder) -> None:
         sys.exit(TROUBLE)
 
 
-def _attempt(files: JobFolder) -> None:
+def _attempt(files: JobFolder, stop: Event | None) -> None:
     """Run the job's test, from its checkpoint if it has one, and write the result."""
     watch = _Watch(files)
-    # SIGINT too: it reaches a whole process group, and must not end the test.
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, watch.ask_to_stop)
+    when_asked(watch.ask_to_stop, stop)
     _log(f"process {os.getpid()} begins")
     try:
         ended = _test(files, watch)
@@ -187,8 +184,8 @@ class _Watch:
         self.clasps = ClaspCount()
         self.over = False
 
-    def ask_to_stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Record the signal; the solver is left at the next report."""
+    def ask_to_stop(self) -> None:
+        """Note that the job shall stop; the solver is left at the next report."""
         self._stop = True
 
     def row(self, number: int, row: Equilibrium, strain: Mapping[Axis, float]) -> None:
@@ -248,26 +245,6 @@ def _redirect_output(log: Path) -> None:
 def _log(text: str) -> None:
     with suppress(OSError):  # a full disk must not fail the job for a line of its log
         sys.stderr.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}\n")
-
-
-def _die_with_parent() -> None:
-    """End with the supervisor, without which nothing watches this process.
-
-    The parent by kinship is the fork server, so the supervisor's end shows on a pipe only. Its hang-up sends
-    SIGIO, whose default is to die: that works while a kernel keeps the interpreter from running.
-    """
-    parent = parent_process()
-    if parent is None:
-        return
-    pipe = parent.sentinel
-    if sys.platform == "linux":
-        signal.signal(signal.SIGIO, signal.SIG_DFL)
-        fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
-        fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
-        if connection.wait([pipe], timeout=0.0):
-            os._exit(LOCKED)
-    else:
-        threading.Thread(target=lambda: (connection.wait([pipe]), os._exit(LOCKED)), daemon=True).start()
 
 
 def _plain(values: Mapping[Axis, float]) -> dict[str, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import resource
 import signal
 import socket
 import sys
@@ -163,6 +162,10 @@ def _open_enough(limits: Limits, slots: int) -> None:
     SpecificationError
         If the system does not let it.
     """
+    try:
+        import resource  # noqa: PLC0415 (not on Windows, where connections do not count as files)
+    except ImportError:
+        return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     own = _OWN_FILES + slots * _FILES_OF_A_SLOT
     needed = limits.files + own

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
-import os
-import signal
-import sys
 import threading
 import time
 from contextlib import suppress
 from multiprocessing import connection
 from typing import TYPE_CHECKING, Final, Literal
 
-import psutil
-
 from app.service import job_process
 from app.service.folder import Result
 from app.service.leases import orders, take_lease
+from app.service.processes import (
+    ask_to_stop,
+    end_process,
+    end_tree,
+    how_it_ended,
+    resident_memory,
+    start_method,
+    stop_event,
+)
 from app.service.tables import AWAY, first_line
 
 if TYPE_CHECKING:
-    from multiprocessing.context import ForkServerContext, SpawnContext
     from multiprocessing.process import BaseProcess
 
     from app.service.folder import JobFolder
@@ -68,7 +70,7 @@ class Supervisor:
         self._orders: dict[str, Order] = {}
         self._running: set[str] = set()
         self._troubles = 0
-        self._context = _context()
+        self._context = start_method()
 
     def get_ready(self) -> None:
         """Start the fork server and wait until its kernels are compiled."""
@@ -161,7 +163,9 @@ class Supervisor:
 
     def _attempt(self, held: Lease, spec: JobSpec, files: JobFolder) -> tuple[Stop | None, int]:
         """Run the job's process once; return why it was stopped and its exit code."""
-        process = self._context.Process(target=job_process.work, args=(str(files.path), self._threads), daemon=True)
+        told = stop_event(self._context)
+        given = (str(files.path), self._threads, told)
+        process = self._context.Process(target=job_process.work, args=given, daemon=True)
         with self._processes:
             process.start()
         began, ran, stop, counted = time.monotonic(), files.ran(), None, False
@@ -172,7 +176,7 @@ class Supervisor:
                     counted = True
                 stop = self._reason(held, spec, process, ran + time.monotonic() - began)
             if stop in {"pause", "drain"}:
-                _signal(process, signal.SIGTERM)
+                ask_to_stop(process, told)
                 connection.wait([process.sentinel], timeout=GRACE)
         finally:
             self._end(process)
@@ -185,7 +189,7 @@ class Supervisor:
         """Kill a process with all that it started, and wait until it is gone."""
         # The id of an ended process may have been given to another one.
         if not connection.wait([process.sentinel], timeout=0.0):
-            _signal(process, signal.SIGKILL)
+            end_tree(process)
         with self._processes:
             process.join()
 
@@ -202,7 +206,7 @@ class Supervisor:
             return "drain"
         if spec.timeout is not None and ran > spec.timeout:
             return "timeout"
-        if spec.memory is not None and _resident(process) > spec.memory:
+        if spec.memory is not None and resident_memory(process) > spec.memory:
             return "memory"
         return None
 
@@ -211,8 +215,7 @@ class Supervisor:
         holder = files.holder()
         if holder is not None:
             _log.warning("%s: process %d holds it for a run that is over; killed", files.path.name, holder)
-            with suppress(ProcessLookupError):
-                os.kill(holder, signal.SIGKILL)
+            end_process(holder)
         time.sleep(LOOK if holder is not None else 5.0 * LOOK)
 
     def _listen(self) -> None:
@@ -226,36 +229,6 @@ class Supervisor:
                     _log.warning("cannot look at the jobs: %s", error)
 
 
-def _context() -> SpawnContext | ForkServerContext:
-    """Return the start method of processes: forked from a server with compiled kernels, where fork exists."""
-    if sys.platform != "linux":
-        return multiprocessing.get_context("spawn")
-    # Otherwise Python looks for our modules in the working folder first.
-    os.environ["PYTHONSAFEPATH"] = "1"
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["app.cli.main", "app.service.warm"])
-    return context
-
-
-def _signal(process: BaseProcess, number: signal.Signals) -> None:
-    """Send a signal to a job's process and all that it started."""
-    if process.pid is None:
-        return
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, number)
-        return
-    with suppress(ProcessLookupError):  # it has not made its session yet
-        os.kill(process.pid, number)
-
-
-def _resident(process: BaseProcess) -> int:
-    """Return the memory a process holds [bytes]; 0 if it is gone."""
-    with suppress(psutil.Error):
-        return int(psutil.Process(process.pid).memory_info().rss)
-    return 0
-
-
 def _crash(times: int, code: int) -> str:
     """Return how a process ended abnormally."""
-    how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-    return f"its process died {times} times, last {how}; job.log says more"
+    return f"its process died {times} times, last {how_it_ended(code)}; job.log says more"

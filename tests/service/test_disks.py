@@ -260,7 +260,7 @@ def test_what_h5py_says_in_words_alone_gives_the_job_back(tmp_path: Path, monkey
     words = "Can't write data (file write failed: errno = 28, error message = 'No space left on device')"
     faults = [RuntimeError(words), PermissionError(13, "Permission denied"), OSError(116, os.strerror(116))]
     monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
-    monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)
+    monkeypatch.setattr("app.service.job_process.when_asked", lambda *_: None)
     for fault in faults:
 
         def fail(*_: object, fault: Exception = fault) -> None:

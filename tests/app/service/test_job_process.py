@@ -49,7 +49,7 @@ def test_a_full_disk_is_no_fault_of_the_job(
 
     monkeypatch.setattr(job_process, "_test", fail)
     monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
-    monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)  # of this process, not of a job's
+    monkeypatch.setattr("app.service.job_process.when_asked", lambda *_: None)  # of this process, not of a job's
     with pytest.raises(SystemExit) as left:
         job_process._work_in(JobFolder(tmp_path))
     assert left.value.code == code
@@ -62,7 +62,7 @@ def test_a_result_that_finds_no_room_is_tried_again(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(job_process, "_test", lambda *_: DONE_RUN)
     monkeypatch.setattr(job_process, "_redirect_output", lambda _: None)
-    monkeypatch.setattr("app.service.job_process.signal.signal", lambda *_: None)
+    monkeypatch.setattr("app.service.job_process.when_asked", lambda *_: None)
     monkeypatch.setattr(JobFolder, "write_result", full)
     monkeypatch.setattr("app.service.job_process.sys.stderr.write", full)
     with pytest.raises(SystemExit) as left:
