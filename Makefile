@@ -5,7 +5,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long check readers installed validate bench format console-parts clean
+.PHONY: help demo test test-long check docs readers installed validate bench format console-parts clean
 
 help:  ## Show what can be made.
 	@sed -n 's/^\([a-z-]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
@@ -27,6 +27,9 @@ check: .venv/installed-dev  ## Check format, lint, types and the direction of im
 
 readers: .venv/installed-dev  ## Read files of real runs with people's own readers.
 	tests/readers/run.sh $(BIN)/python
+
+docs: .venv/installed-dev  ## Build the site of the documentation into build/docs; warnings are errors.
+	$(BIN)/mkdocs build --quiet --strict
 
 installed: .venv/bin/python  ## Build the wheel, install it apart and use it outside the sources.
 	tests/installed/run.sh $(BIN)/python
