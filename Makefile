@@ -14,7 +14,7 @@ demo: .venv/installed  ## Run the main job: a 6x6 knit, two biaxial cycles to 40
 	$(BIN)/knitlab run examples/biaxial_cycle.yaml
 
 test: .venv/installed-dev  ## Run the tests, slow ones left out. TESTS=path picks some.
-	$(BIN)/pytest --numprocesses 2 $(TESTS)
+	$(BIN)/pytest --numprocesses 3 --dist worksteal $(TESTS)
 
 test-long: .venv/installed-dev  ## Run the slow tests too: storms of jobs, the paper's figures (hours). TESTS=path picks some.
 	$(BIN)/pytest -m "" $(TESTS)
