@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, cast
-
-from ruamel.yaml import YAML
 
 from app.schemas import materials
 from app.schemas.convert_specimen import to_specimen, written
 from app.schemas.convert_steps import to_steps
+from app.schemas.document import text_of
 from app.schemas.errors import Faults
 from app.schemas.locate import at
 from app.schemas.models import SCHEMA, LogModel, ProtocolModel
@@ -148,12 +146,7 @@ def _written_pins(extensometer: Extensometer) -> dict[str, list[int]]:
 
 def to_yaml(protocol: Protocol) -> str:
     """Return a protocol as the text of a file that reads back as the same protocol."""
-    text = io.StringIO()
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # a flag that ships as None
-    yaml.dump(to_data(protocol), text)
-    return text.getvalue()
+    return text_of(to_data(protocol))
 
 
 def _extensometer(model: ProtocolModel, specimen: SpecimenSpec) -> Extensometer | None:

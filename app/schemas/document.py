@@ -6,7 +6,9 @@ bounded size, depth and number of values (aliases counted each time they are use
 
 from __future__ import annotations
 
+import io
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -24,9 +26,10 @@ from ruamel.yaml.events import (
 )
 
 from app.schemas.errors import ProtocolError, Spot
+from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
     from pathlib import Path
 
     from ruamel.yaml.events import Event
@@ -111,6 +114,38 @@ def parse_text(text: str, path: str, kind: str = "protocol") -> Document:
         # The message about a forbidden character has several lines; the first one is enough.
         found = f"text that is not YAML ({str(error).partition(chr(10))[0]})"
         raise ProtocolError(path, Spot(line=1, column=1), kind, found, "YAML") from error
+
+
+def text_of(data: Mapping[str, Any]) -> str:
+    """Return data as the text of a YAML file; the numbers of NumPy are numbers, and tuples are lists.
+
+    Raises
+    ------
+    SpecificationError
+        If something in it has no place in a YAML file.
+    """
+    text = io.StringIO()
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # a flag that ships as None
+    yaml.dump(_plain(data, ()), text)
+    return text.getvalue()
+
+
+def _plain(data: Any, place: Place) -> Any:  # noqa: ANN401 (whatever a user gives)
+    """Return data in Python's own types."""
+    if hasattr(data, "tolist"):
+        data = data.tolist()
+    match data:
+        case None | bool() | int() | float() | str():
+            return data
+        case Mapping():
+            return {str(key): _plain(value, (*place, str(key))) for key, value in data.items()}
+        case list() | tuple():
+            return [_plain(value, (*place, number)) for number, value in enumerate(data)]
+    raise SpecificationError(
+        dotted(place) or "protocol", f"something of type {type(data).__name__}", "texts, numbers, lists and mappings"
+    )
 
 
 class _Reader:

@@ -1,0 +1,287 @@
+"""Reading of protocols, from files, texts, data and Python: what is wrong with one is said in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from pydantic import ValidationError
+
+from app.extensions import load_extensions
+from app.schemas.convert import to_domain, to_yaml
+from app.schemas.convert_knits import NamedText
+from app.schemas.defaults import defaults_of
+from app.schemas.document import Document, parse_text, read_text, text_of
+from app.schemas.errors import Faults, ProtocolError, in_order
+from app.schemas.further import BY_MATERIAL, further_errors, is_within
+from app.schemas.locate import at, form_errors, locate
+from app.schemas.material_files import centreline_file, materials_file
+from app.schemas.materials import to_materials
+from app.schemas.models import ProtocolModel
+from app.schemas.params import substitute
+from app.schemas.specimen import CentrelineModel
+from app.schemas.sweep import points_of
+from app.schemas.tables import with_tables
+from knitlab_core.errors import SpecificationError
+from rigs.protocol.bounds import as_label
+from rigs.protocol.protocol import Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.schemas.document import Data
+    from app.schemas.sweep import Point
+    from knitlab_core.materials import Substance
+
+_UNNAMED = "test"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loaded:
+    """A protocol with the text it came from and that of its materials.
+
+    Attributes
+    ----------
+    protocol : Protocol
+        The protocol.
+    document : Document
+        The text it came from.
+    materials : str
+        Text of the materials that it brings; empty if they are in no file.
+    resolved : str
+        Text of the protocol with values chosen for parameters and the points of tables; empty if there are none.
+    points : tuple of Point
+        The points of its sweep, where it has one and none was chosen.
+    defaults : Mapping
+        Defaults of fields that the file leaves out, by their place in it.
+    """
+
+    protocol: Protocol
+    document: Document
+    materials: str = ""
+    resolved: str = ""
+    points: tuple[Point, ...] = ()
+    defaults: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """Return the text of the protocol, verbatim where no value and no table was put into it."""
+        return self.resolved or self.document.text
+
+    def one_test(self) -> Loaded:
+        """Return this protocol if it is one test.
+
+        Raises
+        ------
+        ProtocolError
+            If it is a sweep.
+        """
+        if not self.points:
+            return self
+        first = " ".join(f"--set {name}={value}" for name, value in self.points[0].values.items())
+        found, path = f"a sweep of {len(self.points)} points", self.document.path
+        expected = f"one test: run all with `knitlab sweep {path}`, or one with `{first}`"
+        raise ProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
+
+    def locate(self, error: SpecificationError) -> ProtocolError:
+        """Return an error found later with file, line and column of the field it blames."""
+        return locate(self.document, error)
+
+
+Source: TypeAlias = "Path | str | Mapping[str, Any] | Protocol | Loaded"
+"""Where a protocol comes from: the path of its file, its text, data as in a file, Python, or an earlier `load`."""
+
+
+def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
+    """Read a protocol file, or take a protocol that was built in Python.
+
+    Parameters
+    ----------
+    source : Path, str, Mapping, Protocol or Loaded
+        Path of the file, text of more than one line, data such as a file holds, or the protocol. One that is built in
+        Python goes through its text, as a file's does. One without a name takes that of its file, with `_` for what no
+        name may hold.
+    chosen : Mapping, optional
+        Values for some of the parameters, in the place of its own.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line.
+    SpecificationError
+        If values are chosen for a `Protocol`, which has no parameters.
+    """
+    if isinstance(source, Protocol | Loaded):
+        if chosen:
+            raise SpecificationError("chosen", ", ".join(chosen), "no values: only a text has parameters")
+        return source if isinstance(source, Loaded) else loads(to_yaml(source), f"<{source.name}>")
+    if isinstance(source, Mapping) or (isinstance(source, str) and "\n" in source):
+        text, name = (source, "<text>") if isinstance(source, str) else (text_of(source), "<data>")
+        return _loaded(parse_text(text, name), _UNNAMED, lambda file: _given(file, ""), chosen or {})
+    path = Path(source)
+
+    def beside(name: str) -> tuple[Mapping[str, Substance], str]:
+        file = materials_file(path, name)
+        text = read_text(file, "materials")
+        return _read_materials(text, str(file)), text
+
+    document = parse_text(read_text(path), str(path))
+    return _loaded(document, as_label(path.stem, _UNNAMED), beside, chosen or {}, path)
+
+
+def load_sweep(path: Path | str, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
+    """Read a protocol file once for every point of its sweep, with values `chosen` for other parameters.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it or with one of the points, or if it has no sweep, in one line.
+    """
+    swept = load(path, chosen)
+    if not swept.points:
+        spot = swept.document.spot(())
+        raise ProtocolError(str(path), spot, "sweep", "nothing", "a sweep, such as {pre: [0, 0.1, 0.2]}, or a sample")
+    return [(point, load(path, {**(chosen or {}), **point.values})) for point in swept.points]
+
+
+def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+    """Read a protocol from text.
+
+    Parameters
+    ----------
+    text : str
+        The protocol.
+    path, name : str
+        Names of the file it came from, or of what it is in place of one.
+    materials : str
+        Text of the file that it names under `materials`.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line.
+    """
+    return _loaded(parse_text(text, path), name, lambda file: _given(file, materials), {})
+
+
+def loads_document(document: Document, *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+    """Read a protocol from a document, as a sweep makes many of one.
+
+    Parameters
+    ----------
+    document : Document
+        The protocol.
+    name : str
+        Name of a protocol that gives itself none.
+    materials : str
+        Text of the file that it names under `materials`.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line.
+    """
+    return _loaded(document, name, lambda file: _given(file, materials), {})
+
+
+def _given(file: str, materials: str) -> tuple[Mapping[str, Substance], str]:
+    """Return the materials that came with a text, and their own text."""
+    if not materials:
+        raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
+    return _read_materials(materials, file), materials
+
+
+@lru_cache(maxsize=4)
+def _read_materials(text: str, path: str) -> Mapping[str, Substance]:
+    """Return the materials of a text; read once, for every job of a sweep brings the same."""
+    return MappingProxyType(to_materials(parse_text(text, path, "materials")))
+
+
+def _loaded(
+    document: Document,
+    name: str,
+    find: Callable[[str], tuple[Mapping[str, Substance], str]],
+    chosen: Mapping[str, Data],
+    file: Path | None = None,
+) -> Loaded:
+    """Return the protocol of a document; `find` finds the materials that it names, and their text.
+
+    Tables and the centreline that it names are beside its `file`.
+    """
+    load_extensions()
+    faults = Faults()
+    data, unknown = substitute(document, chosen, faults)
+    data, tables = with_tables(document, data, file, faults)
+    try:
+        model = ProtocolModel.model_validate(data)
+    except ValidationError as error:
+        faults.found += [one for one in form_errors(document, error) if one.spot not in unknown]
+        faults.found += further_errors(document, data, faults.found, name)
+        raise _all_of(faults) from error
+    nothing: tuple[Mapping[str, Substance], str] = ({}, "")
+    none: tuple[Point, ...] = ()
+    own, text = faults.of(lambda: _brought(model, document, find), nothing)
+    points = faults.of(lambda: points_of(model, document), none)
+    before = len(faults.found)
+    yarn = faults.of(lambda: _named_centreline(model, document, file), None)
+    if len(faults.found) > before:
+        raise _all_of(faults)
+    whole = faults.of(lambda: to_domain(model, document, name, own, yarn), None)
+    if faults.found or whole is None:
+        raise _all_of(faults)
+    points = tuple(point for point in points if not set(point.values) <= set(chosen))
+    protocol, defaults = whole, defaults_of(model, whole)
+    files = [*tables, *([] if yarn is None else ["its centreline"])]
+    # A sweep is read once more for each of its points; any other text must be complete without its tables.
+    if not chosen and (points or not files):
+        return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
+    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *files])
+    resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
+    return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
+
+
+def _brought(
+    model: ProtocolModel, document: Document, find: Callable[[str], tuple[Mapping[str, Substance], str]]
+) -> tuple[Mapping[str, Substance], str]:
+    """Return the materials of the file that a protocol names, and their text."""
+    if not isinstance(model.materials, str):
+        return {}, ""
+    with at(document, ()):
+        return find(model.materials)
+
+
+def _named_centreline(model: ProtocolModel, document: Document, file: Path | None) -> NamedText | None:
+    """Return the centreline that a protocol names, if it does and there are files beside it."""
+    knit = model.specimen.knit
+    if file is None or not isinstance(knit, CentrelineModel) or "\n" in knit.centreline:
+        return None
+    with at(document, ("specimen", "knit")):
+        found = centreline_file(file, knit.centreline)
+        return NamedText(path=str(found), text=read_text(found, "centreline", form="a CSV file"))
+
+
+def _all_of(faults: Faults) -> ProtocolError:
+    """Return the first of all that is wrong, with the rest as its `more`."""
+    every = [one for error in faults.found for one in (error, *error.more) if isinstance(one, ProtocolError)]
+    for one in every:
+        one.more = ()
+    if any(is_within(one.field, "materials") for one in every):
+        # A material with mistakes is none that the specimen could have.
+        every = [one for one in every if one.field not in BY_MATERIAL]
+    return in_order(every)
+
+
+def from_yaml(text: str, materials: str = "") -> Protocol:
+    """Return the protocol of a text, and of that of the materials file it names; the inverse of `to_yaml`."""
+    return loads(text, materials=materials).protocol
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a protocol file."""
+    load_extensions()
+    schema = ProtocolModel.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
