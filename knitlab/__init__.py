@@ -22,8 +22,8 @@ protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cyc
            UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog, Extensometer
 specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm; materials
 files      load, loads, to_yaml, parse_quantity
-tests      check, run, resume, sweep; their results Plan, RunResult, SweepResult
-records    open_run gives a RunReader; figures
+tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
+records    show gives the Run of a folder, open_run its RunReader; figures
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
            compare gives a Comparison, with an Alignment; calibrate gives a Calibration
 service    Client
@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from app.checks.dry_run import Plan
     from app.checks.dry_run import dry_run as check
     from app.client import Client
+    from app.interactive.results import Run
+    from app.interactive.running import resume, run, show
     from app.records.analysis import analyse
     from app.records.analysis import read_file as read_measured
     from app.records.reader import RunReader
@@ -59,8 +61,6 @@ if TYPE_CHECKING:
     from app.runs.stopped import RunStoppedError
     from app.runs.sweeps import SweepResult
     from app.runs.sweeps import run_sweep as sweep
-    from app.runs.use_cases import resume_run as resume
-    from app.runs.use_cases import run_protocol as run
     from app.schemas import Loaded, load, loads, to_yaml
     from app.schemas.errors import ProtocolError
     from app.schemas.material_files import known_materials as materials
@@ -139,6 +139,7 @@ __all__ = [
     "Ramp",
     "RelaxationTerm",
     "Repeat",
+    "Run",
     "RunReader",
     "RunResult",
     "RunStoppedError",
@@ -175,6 +176,7 @@ __all__ = [
     "read_measured",
     "resume",
     "run",
+    "show",
     "sweep",
     "to_yaml",
 ]
@@ -211,6 +213,7 @@ _HOMES: Final = {
     "Ramp": "rigs.protocol.protocol:Ramp",
     "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
     "Repeat": "rigs.protocol.protocol:Repeat",
+    "Run": "app.interactive.results:Run",
     "RunReader": "app.records.reader:RunReader",
     "RunResult": "app.runs.publishing:RunResult",
     "RunStoppedError": "app.runs.stopped:RunStoppedError",
@@ -245,8 +248,9 @@ _HOMES: Final = {
     "open_run": "app.records.reader:read_run",
     "parse_quantity": "app.schemas.units:parse",
     "read_measured": "app.records.analysis:read_file",
-    "resume": "app.runs.use_cases:resume_run",
-    "run": "app.runs.use_cases:run_protocol",
+    "resume": "app.interactive.running:resume",
+    "run": "app.interactive.running:run",
+    "show": "app.interactive.running:show",
     "sweep": "app.runs.sweeps:run_sweep",
     "to_yaml": "app.schemas:to_yaml",
 }

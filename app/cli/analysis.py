@@ -32,8 +32,9 @@ def sweep(
     Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up; --plot draws
     figures of the table over the parameter, or maps over two.
     """
-    from app.cli.tables import Bar, print_sweep, sweep_data  # noqa: PLC0415
+    from app.cli.tables import print_sweep, sweep_data  # noqa: PLC0415
     from app.runs.sweeps import run_sweep  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     with Bar(hidden=quiet) as bar:

@@ -44,12 +44,12 @@ def print_(
     from app.printing import require_extra  # noqa: PLC0415
 
     require_extra()
-    from app.cli.tables import Bar  # noqa: PLC0415
     from app.printing.job import Wanted, print_knit  # noqa: PLC0415
     from app.printing.printers import read_printer_data  # noqa: PLC0415
     from app.printing.show import print_data, show_print  # noqa: PLC0415
     from app.schemas import load  # noqa: PLC0415
     from app.schemas.units import parse  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     data = read_printer_data(printer)

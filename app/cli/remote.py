@@ -244,10 +244,11 @@ def _print_job(job: Job, text: str, *, as_json: bool) -> None:
 def _follow(client: Client, job: Job, out: Path | None, *, everything: bool, quiet: bool, as_json: bool) -> None:
     """Follow a job to its end, fetch its logs, and exit with the code of its test."""
     from app.cli.exit_codes import job_exit_code  # noqa: PLC0415
-    from app.cli.tables import Bar, jobs_data  # noqa: PLC0415
+    from app.cli.tables import jobs_data  # noqa: PLC0415
     from app.cli.watching import fetch_logs, watch_job  # noqa: PLC0415
     from app.file_names import file_stem  # noqa: PLC0415
     from app.records.folder import make_run_folder  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     try:

@@ -41,9 +41,10 @@ def run(
     # What draws takes about as long to import as what computes, so it begins first.
     with drawer(wanted=pictures) as draw:
         from app.checks.dry_run import dry_run  # noqa: PLC0415
-        from app.cli.tables import Bar, print_result, result_data  # noqa: PLC0415
+        from app.cli.tables import print_result, result_data  # noqa: PLC0415
         from app.runs.use_cases import run_protocol  # noqa: PLC0415
         from app.schemas import load  # noqa: PLC0415
+        from app.views.progress_bar import Bar  # noqa: PLC0415
         from app.views.tables import print_json  # noqa: PLC0415
 
         loaded = load(protocol, values_of(chosen)).one_test()
@@ -68,9 +69,10 @@ def resume(
 
     A run that has ended is left as it is.
     """
-    from app.cli.tables import Bar, print_result, result_data  # noqa: PLC0415
+    from app.cli.tables import print_result, result_data  # noqa: PLC0415
     from app.runs.use_cases import has_ended, resume_run  # noqa: PLC0415
     from app.views.drawing import drawer  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     ended = has_ended(run)

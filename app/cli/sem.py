@@ -33,9 +33,9 @@ def images(
 
     These are the frames that the protocol took images of; of a run without, those of its picture of the knit.
     """
-    from app.cli.tables import Bar  # noqa: PLC0415
     from app.file_names import file_stem  # noqa: PLC0415 (as those below)
     from app.records.reader import read_run  # noqa: PLC0415 (heavy)
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.sem.images import IMAGES, usual_look, write_images  # noqa: PLC0415
 
     record = read_run(run)

@@ -27,10 +27,10 @@ def master_curve(
     a periodic cell that is pulled both ways to near its locking strain. Printed are the exponents of a power law, with
     intervals of 95 %, and how far curves lie apart under each scaling. Designs that are done are skipped.
     """
-    from app.cli.tables import Bar  # noqa: PLC0415
     from app.records.folder import write_whole  # noqa: PLC0415
     from app.studies.master_curve import run_study, table_of  # noqa: PLC0415
     from app.views.master_curves import master_curve_plot  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     with Bar(hidden=quiet) as bar:

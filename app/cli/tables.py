@@ -1,64 +1,20 @@
-"""Tables of runs, sweeps and jobs, and the progress bar of a command."""
+"""Tables of runs, sweeps and jobs."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from app.views.tables import console_of, figures_data, print_crossings, print_figures, print_losses, print_steps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from types import TracebackType
-    from typing import Self
 
     from app.client import Job
     from app.runs.sweeps import SweepResult
     from app.runs.use_cases import RunResult
-
-
-class Bar:
-    """Progress bar of a run, on stderr.
-
-    Parameters
-    ----------
-    hidden : bool
-        Show nothing.
-    began : float, optional
-        When what is shown began, on the clock of `perf_counter` [s]; by itself now.
-    """
-
-    def __init__(self, *, hidden: bool, began: float | None = None) -> None:
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            disable=hidden,
-        )
-        self._task = self._progress.add_task("starting", total=1.0)
-        if began is not None:
-            self._progress.tasks[0].start_time = self._progress.get_time() - (perf_counter() - began)
-
-    def __enter__(self) -> Self:
-        self._progress.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._progress.stop()
-
-    def show(self, fraction: float, message: str) -> None:
-        """Show the fraction done [1] and what is being done."""
-        self._progress.update(self._task, completed=fraction, description=message)
 
 
 def result_data(result: RunResult) -> dict[str, Any]:

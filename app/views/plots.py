@@ -74,6 +74,14 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     Path
         The same path.
     """
+    from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
+
+    with boxes_allowed():
+        return save(stress_strain_figure(run), path)
+
+
+def stress_strain_figure(run: RunReader) -> Figure:
+    """Return the figure that `stress_strain_plot` writes."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
 
     curves = curves_of(run)
@@ -88,21 +96,27 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     name = run.provenance.get("name")
     heading = f"{name}: effective stress and strain" if name else "Effective stress and strain"
     write_plainly([main.set_title(heading, fontsize=13, loc="left", y=TITLE)])
-    return finish(figure, (main, force_time, strain_time), path)
+    frame_panels((main, force_time, strain_time))
+    return figure
 
 
 def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
     """Give the panels of a figure the common frame and grid, and write the file."""
     from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
 
+    frame_panels(parts)
+    with boxes_allowed():
+        return save(figure, path)
+
+
+def frame_panels(parts: Sequence[Axes]) -> None:
+    """Give panels the common frame and grid."""
     for axes in parts:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(color="#e6e6e6", lw=0.6)
         axes.set_axisbelow(True)
         legend = axes.get_legend()
         write_plainly([] if legend is None else legend.get_texts())
-    with boxes_allowed():
-        return save(figure, path)
 
 
 def _split(axes: Axes) -> tuple[Axes, Axes]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import io
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,14 +14,15 @@ from matplotlib.artist import Artist
 from app.records.folder import whole_file
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy.typing as npt
     from matplotlib.backend_bases import RendererBase
     from matplotlib.figure import Figure
 
 DPI: Final = 160
 """Pixels of a figure along an inch."""
+
+SCREEN: Final = 90
+"""Pixels along an inch in a notebook."""
 
 COMPRESSION: Final = {"compress_level": 3}
 """Of PNG files: half the usual time for a tenth more bytes."""
@@ -39,6 +44,34 @@ def save(figure: Figure, path: Path) -> Path:
     with whole_file(path) as temporary:
         figure.savefig(temporary, dpi=DPI, facecolor="white", pil_kwargs=COMPRESSION)
     return path
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure that a notebook shows.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    """
+
+    figure: Figure
+
+    def _repr_png_(self) -> bytes:
+        content = io.BytesIO()
+        lay_out(self.figure)
+        self.figure.savefig(content, dpi=SCREEN, facecolor="white", pil_kwargs=COMPRESSION)
+        return content.getvalue()
+
+    def html(self) -> str:
+        """Return it as part of a page."""
+        content = base64.b64encode(self._repr_png_()).decode()
+        return f"<img alt='curves of the test' style='max-width:100%' src='data:image/png;base64,{content}'>"
+
+    def save(self, path: Path | str) -> Path:
+        """Write it as PNG, atomically."""
+        return save(self.figure, Path(path))
 
 
 class PixelImage(Artist):
