@@ -145,7 +145,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
         clasps=clasps,
-        cell=() if rig.specimen.cell is None else ("C", "W"),
+        cell=rig.cell_axes,
         fixtures=rig.fixture_forces,
         pins=rig.pins,
         let_go=lost_as_mounted(*(clasps_hold(x, clasps) for x in (rig.specimen.nodes, state.q[:, :3]))),

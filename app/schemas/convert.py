@@ -107,7 +107,7 @@ def _stand_in(model: SpecimenModel) -> SpecimenSpec:
     rows, loops, *layers = (min(max(count, 1), 20) if volumetric else min(max(count, 1), 100) for count in model.loops)
     depth = layers[0] if volumetric and layers else 1
     spec = SpecimenSpec(knit=knit, rows=rows, loops=loops, layers=depth, loop_width=1e-3, material=_ANY)
-    return replace(spec, periodic=model.periodic and not volumetric)
+    return replace(spec, periodic=model.periodic and (not volumetric or depth % 2 == 0))
 
 
 def to_data(protocol: Protocol) -> dict[str, Any]:

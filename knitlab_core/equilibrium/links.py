@@ -17,16 +17,11 @@ from knitlab_core.sparse.sums import inner
 SOFT = 1e-7
 """Stiffness of a link [E r]: a tenth of that of a loop that bends."""
 
-ENDS = 4
-"""Nodes of a link."""
-
-_PAIRS = tuple((x, y) for y in range(ENDS) for x in range(y + 1))
-
 
 class Links(NamedTuple):
     """Linear springs: 1/2 sum_c k_c s_c^2 with s = sum_n share_n x_n - rest.
 
-    `nodes`: (K, 4) falling numbers; `shares`: (K, 4); `rest`: (K, 3) [r]; `stiffness`: (K, 3) along x, y, z [E r].
+    `nodes`: (K, E) falling numbers; `shares`: (K, E); `rest`: (K, 3) [r]; `stiffness`: (K, 3) along x, y, z [E r].
     """
 
     nodes: IndexArray
@@ -34,9 +29,19 @@ class Links(NamedTuple):
     rest: FloatArray
     stiffness: FloatArray
 
+    @property
+    def ends(self) -> int:
+        """Return the number E of nodes of a link."""
+        return self.nodes.shape[1]
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Return the pairs of a link's nodes whose blocks it adds stiffness to."""
+        return [(x, y) for y in range(self.ends) for x in range(y + 1)]
+
     def keys(self, n: int) -> IndexArray:
         """Return column n + row of the blocks of n nodes in which they add stiffness."""
-        return np.concatenate([self.nodes[:, y] * n + self.nodes[:, x] for x, y in _PAIRS])
+        return np.concatenate([self.nodes[:, y] * n + self.nodes[:, x] for x, y in self.pairs])
 
 
 class LinkTerm:
@@ -64,7 +69,7 @@ class LinkTerm:
         """Take a configuration."""
         nodes, shares = self._links.nodes, self._links.shares
         stretch = -self._links.rest
-        for k in range(ENDS):
+        for k in range(self._links.ends):
             stretch = stretch + shares[:, k, None] * q[nodes[:, k], :3]
         self._stretch = stretch
 
@@ -75,13 +80,13 @@ class LinkTerm:
     def add_gradient(self, gradient: FloatArray) -> None:
         """Add the springs' forces to a gradient (N, 4)."""
         force = self._links.stiffness * self._stretch
-        for k in range(ENDS):
+        for k in range(self._links.ends):
             np.add.at(gradient[:, :3], self._links.nodes[:, k], self._links.shares[:, k, None] * force)
 
     def add_hessian(self, _: float, blocks: FloatArray) -> None:
         """Add the springs' stiffness."""
-        shares = self._links.shares
-        weight = np.concatenate([shares[:, x] * shares[:, y] for x, y in _PAIRS])
-        stiffness = np.tile(self._links.stiffness, (len(_PAIRS), 1))
+        shares, pairs = self._links.shares, self._links.pairs
+        weight = np.concatenate([shares[:, x] * shares[:, y] for x, y in pairs])
+        stiffness = np.tile(self._links.stiffness, (len(pairs), 1))
         for c in range(3):
             np.add.at(blocks[:, c, c], self._places, weight * stiffness[:, c])

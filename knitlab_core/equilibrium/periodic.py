@@ -6,7 +6,7 @@ touch it. Of two images that are each other's opposite one is enough: a pair of 
 cell meets across the opposite side as well, and is counted once (`half_space`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise, product
@@ -17,16 +17,13 @@ import numpy as np
 from knitlab_core.arrays import BoolArray, FloatArray, IndexArray
 from knitlab_core.contact.compression import Compression
 from knitlab_core.contact.samples import Samples
-from knitlab_core.equilibrium.links import ENDS, SOFT, Links
+from knitlab_core.equilibrium.cell_links import cell_links
 from knitlab_core.equilibrium.model import DECIMALS, Model, State, unstressed
 from knitlab_core.equilibrium.strands import SAMPLE_SPACING, contact_of, force_floor, make_samples, storing
 from knitlab_core.equilibrium.ties import Ties
 from knitlab_core.rods.rod import Rods, make_rods
 from knitlab_core.rods.section import SOLID, Section, with_section
 from knitlab_core.units import Scales
-
-SOFTER = 1e-12
-"""Stiffness of the springs at the cell's vectors [E r]: it adds to the forces on the cell."""
 
 Shift = tuple[int, ...]
 
@@ -119,11 +116,13 @@ def _placed(strands: Sequence[Period], vectors: FloatArray, layout: Layout, radi
     return x
 
 
-def make_cell(
+def make_cell(  # noqa: PLR0913 (each is a part of the model)
     strands: Sequence[Period],
     vectors: FloatArray,
     reach: Sequence[int],
     *,
+    neighbours: Sequence[tuple[int, int]] | None = None,
+    stitches: int = 1,
     radius: float,
     young_modulus: float,
     poisson_ratio: float,
@@ -143,6 +142,10 @@ def make_cell(
         The cell's vectors [m].
     reach : sequence of int
         So many cells away along each vector strands may touch.
+    neighbours : sequence of (int, int), optional
+        Pairs of strands that are linked where nothing else holds them (`cell_links`); by default each with the next.
+    stitches : int
+        Stitches of a strand in the cell that one link holds.
     radius, young_modulus, poisson_ratio, friction, straight, section, compression, sample_spacing
         As for `make_model`; a yarn that is not straight at rest is taken as printed.
 
@@ -158,6 +161,7 @@ def make_cell(
         If printed strands overlap by more than a mesh may.
     """
     layout = lay_out(strands, reach)
+    pairs = list(pairwise(range(len(strands)))) if neighbours is None else neighbours
     x, ties = _placed(strands, vectors, layout, radius), layout.ties
     n, sizes = len(x), layout.sizes
     soft = np.arange(n) < sum(sizes[: layout.own])
@@ -188,7 +192,7 @@ def make_cell(
         fixed=fixed,
         scales=scales,
         ties=ties,
-        links=_links(x, strands, layout),
+        links=cell_links(x, [nodes for nodes, _ in strands], layout.sizes, layout.cell, pairs, stitches),
     )
     return model, state
 
@@ -198,53 +202,6 @@ def _of_cell(rods: Rods, soft: BoolArray) -> Rods:
     return rods._replace(
         stretch_stiffness=np.where(rods.is_inner, rods.stretch_stiffness, 0.0), is_inner=rods.is_inner & soft
     )
-
-
-def _links(x: FloatArray, strands: Sequence[Period], layout: Layout) -> Links:
-    """Return weak springs from every strand to the next, against turning, and to hold a cell that nothing pulls."""
-    sizes = np.array(layout.sizes[: layout.own])
-    first = np.cumsum(sizes) - sizes
-    middle = np.concatenate([nodes[:, 0] for nodes, _ in strands]).mean()
-    high, low = (
-        np.array([k + _extreme(side * nodes, middle) for k, (nodes, _) in zip(first, strands, strict=True)])
-        for side in (np.array([1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0]))
-    )
-    lengths = {int(node): float(x[node, axis]) for axis, node in enumerate(layout.cell)}
-    springs = [_spring({node: 1.0}, SOFTER) for node in lengths]
-    for before, after in pairwise(map(int, high)):
-        # In an even stretch of the cell the two keep their distance in the cell's lengths.
-        apart = x[after] - x[before]
-        vectors = {node: -float(apart[axis]) / length for axis, (node, length) in enumerate(lengths.items())}
-        springs.append(_spring({after: 1.0, before: -1.0, **vectors}, SOFT))
-    # A strand that is straight has no two sides to turn about.
-    springs += [
-        _spring({int(a): 1.0, int(b): -1.0}, 0.0, SOFT) for a, b in zip(high, low, strict=True) if abs(a - b) > 1
-    ]
-    nodes = np.array([spring[0] for spring in springs], dtype=np.int64).reshape(-1, ENDS)
-    shares = np.array([spring[1] for spring in springs], dtype=np.float64).reshape(-1, ENDS)
-    stiffness = np.array([spring[2] for spring in springs], dtype=np.float64).reshape(-1, 3)
-    return Links(nodes, shares, (shares[:, :, None] * x[nodes]).sum(axis=1), stiffness)
-
-
-def _spring(
-    shares: Mapping[int, float], stiffness: float, across: float | None = None
-) -> tuple[list[int], list[float], tuple[float, float, float]]:
-    """Return nodes, shares and stiffnesses of a link; `across` is that along z, by default that of the others."""
-    spare = (node for node in range(2 * ENDS) if node not in shares)
-    full = {**shares, **{next(spare): 0.0 for _ in range(ENDS - len(shares))}}
-    nodes = sorted(full, reverse=True)
-    return nodes, [full[node] for node in nodes], (stiffness, stiffness, stiffness if across is None else across)
-
-
-def _extreme(nodes: FloatArray, middle: float) -> int:
-    """Return the node (n, 3) at the apex of a head that is nearest to the middle: those of all rows are alike."""
-    height = nodes[:, 1]
-    apex = (
-        (height >= np.roll(height, 1))
-        & (height >= np.roll(height, -1))
-        & (height >= height.max() - 0.05 * np.ptp(height))
-    )
-    return int(np.argmin(np.where(apex, np.abs(nodes[:, 0] - middle), np.inf)))
 
 
 def _middle(x: FloatArray, layout: Layout) -> int:

@@ -17,7 +17,7 @@ fibre_clearance  ... refused where they overlap
 clasp       ... whether loops hold each other
 mesh        where the nodes are
 specimen    nodes in metres, checked
-cell        ... of a periodic cell, which has no edges
+cell        ... of a periodic cell, which has no edges (cell_rows)
 plates      which of them a load plate is printed around
 clamps      ... which of them the jaws of clamps hold
 pins        spots of stitches that are followed through a test
@@ -25,7 +25,8 @@ wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
-from knitlab_core.knits.cell import is_planar, knit_cell
+from knitlab_core.knits.cell import knit_cell
+from knitlab_core.knits.cell_rows import has_cells, is_planar
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
 from knitlab_core.knits.clamps import Clamps, clamp_faces, clamp_nodes
 from knitlab_core.knits.clasp import (
@@ -97,6 +98,7 @@ __all__ = [
     "fabric_named",
     "fabric_names",
     "fibre_strands",
+    "has_cells",
     "is_planar",
     "joined_clasps",
     "knit_cell",

@@ -31,14 +31,17 @@ MOST_NODES_PER_LOOP: Final = 1000
 class Cell(NamedTuple):
     """What repeats.
 
-    `vectors`: (2, 3) along the course and along the wale [m]; `shifts`: by row, (1, 0) where it goes on with the next
-    cell along the course and (-1, 0) where the yarn comes back; `reach`: so many cells away along each vector strands
-    may touch.
+    `vectors`: (D, 3) along course and wale, of a volumetric knit also along the pile [m]; `shifts`: by row, multiples
+    of the vectors after which it goes on: 1 along the course, -1 where the yarn comes back; `reach`: (D,) so many cells
+    away along each vector strands may touch; `neighbours`: pairs of rows that are next to each other,
+    and `stitches` of a row, for so many of which each such pair counts.
     """
 
     vectors: FloatArray
-    shifts: tuple[tuple[int, int], ...]
-    reach: tuple[int, int]
+    shifts: tuple[tuple[int, ...], ...]
+    reach: tuple[int, ...]
+    neighbours: tuple[tuple[int, int], ...]
+    stitches: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -132,10 +132,10 @@ def grips_on(
 def ideal_grips(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
     """Return grips that stretch a periodic cell along an axis: the second holds the cell's vector, the first nothing.
 
-    The node whose position is the vector comes after all others of the model: the course's, then the wale's.
+    The nodes whose positions are the vectors come after all others of the model: the course's, the wale's, the pile's.
     """
     nobody, number = np.empty(0, dtype=np.int64), COORDINATE[axis]
-    held: Held = (axis == "C", axis == "W", False, False)
+    held: Held = (axis == "C", axis == "W", axis == "P", False)
     vector = np.array([number - len(specimen.cell.vectors) if specimen.cell else 0])
     first = Grip(axis=axis, side=-1, nodes=nobody, held=held, pole=None, anchored=nobody, travel=0.0, cell=0.0)
     return first, replace(first, side=1, nodes=vector, travel=1.0, cell=1.0)

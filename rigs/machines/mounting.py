@@ -20,7 +20,7 @@ from rigs.machines.machine import instruments_on
 from rigs.machines.pins import pins_on
 from rigs.machines.strands import model_of
 from rigs.machines.wires import hang_on_wires, sliding_hooks
-from rigs.protocol.made_specimen import size_of
+from rigs.protocol.made_specimen import cell_lengths, size_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -109,8 +109,8 @@ def as_mounted(size: SpecimenSize, specimen: Specimen, mounted: FloatArray) -> S
     """Return the size of a specimen whose unknowns as mounted are (N, 4) [m]: a cell may have relaxed to another."""
     if specimen.cell is None:
         return size
-    course, wale = float(mounted[-2, 0]), float(mounted[-1, 1])
-    return replace(size, extents={**size.extents, "C": course, "W": wale})
+    lengths = cell_lengths(mounted[-len(specimen.cell.vectors) :, :3])
+    return replace(size, extents={**size.extents, **lengths})
 
 
 def _rubs(

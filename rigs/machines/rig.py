@@ -10,6 +10,7 @@ import numpy as np
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
+from rigs.axes import AXES
 from rigs.machines.fixtures import (
     largest_lateral,
     place,
@@ -82,6 +83,11 @@ class Rig:
     def gauges(self) -> dict[Axis, float]:
         """Return the initial hook-to-hook length of each axis that is driven [m]."""
         return {axis: self.size.extents[axis] for axis in self.grips}
+
+    @property
+    def cell_axes(self) -> tuple[Axis, ...]:
+        """Return the axes along which a periodic cell repeats; none of a specimen with edges."""
+        return () if self.specimen.cell is None else AXES[: len(self.specimen.cell.vectors)]
 
     @property
     def fixture_forces(self) -> list[str]:

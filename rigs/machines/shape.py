@@ -9,6 +9,7 @@ import numpy as np
 from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.rupture import axial_strain as stretched_along
 from knitlab_core.rods.rupture import bending_strain as bent_along
+from rigs.protocol.made_specimen import cell_lengths
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
@@ -43,12 +44,11 @@ def _of_edges(rig: Rig, values: FloatArray) -> FloatArray:
     return chosen
 
 
-def cell_lengths(rig: Rig, state: State) -> dict[Axis, float]:
-    """Return the lengths of a periodic cell along course and wale [m]; empty for a specimen with edges."""
+def lengths_of_cell(rig: Rig, state: State) -> dict[Axis, float]:
+    """Return the lengths of a periodic cell along its axes [m]; empty for a specimen with edges."""
     if rig.specimen.cell is None:
         return {}
-    course, wale = rig.work.model.scales.length * state.q[-2:, :3]
-    return {"C": float(course[0]), "W": float(wale[1])}
+    return cell_lengths(rig.work.model.scales.length * state.q[-len(rig.specimen.cell.vectors) :, :3])
 
 
 def contact_force(rig: Rig, state: State) -> FloatArray:

@@ -77,7 +77,15 @@ def model_of(specimen: Specimen, spec: SpecimenSpec, wires: Sequence[FloatArray]
             Period(nodes[:-2], shift) for nodes, shift in zip(specimen.strands, specimen.cell.shifts, strict=True)
         ]
         cell = specimen.cell
-        model, state = make_cell(periods, cell.vectors, cell.reach, **body, straight=straight)
+        model, state = make_cell(
+            periods,
+            cell.vectors,
+            cell.reach,
+            neighbours=cell.neighbours,
+            stitches=cell.stitches,
+            straight=straight,
+            **body,
+        )
     if spec.measured is not None:
         return model, state
     relaxation = Relaxation.of(spec.solid) if spec.viscoelastic else None

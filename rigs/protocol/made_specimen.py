@@ -16,14 +16,14 @@ from knitlab_core.knits import (
     knit_specimen,
     plate_nodes,
 )
-from rigs.axes import COORDINATE, SITES
+from rigs.axes import AXES, COORDINATE, SITES
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from knitlab_core.knits import SiteSet
-    from knitlab_core.knits.cell import PlanarFabric
+    from knitlab_core.knits.cell_rows import CellFabric
     from rigs.axes import Axis, FloatArray
     from rigs.protocol.catalogue import Fixture
     from rigs.protocol.specimen import SpecimenSpec
@@ -79,11 +79,12 @@ def _made(
     """Make a specimen of so many rows, loops and layers, with loops of a width [m]."""
     rows, loops, layers = counts
     if periodic:
-        knit = cast("PlanarFabric", fabric)
+        knit = cast("CellFabric", fabric)
         return knit_cell(
             knit,
             rows=rows,
             loops=loops,
+            layers=layers,
             loop_width=loop_width,
             nodes_per_loop=nodes_per_loop,
             yarn=yarn,
@@ -108,8 +109,7 @@ def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = 
     axis that is not named has none, or hooks. Those of a periodic cell are what it repeats after.
     """
     if specimen.cell is not None:
-        course, wale = specimen.cell.vectors
-        return {"C": float(course[0]), "W": float(wale[1])}
+        return cell_lengths(specimen.cell.vectors)
     at: dict[SiteSet, FloatArray] = {}
     for name, nodes in specimen.sites.items():
         # The fibres of a bundle hang on the same spots of the yarn.
@@ -123,6 +123,11 @@ def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = 
     }
     held = fixtures or {}
     return {**hooked, **{axis: _gap(specimen, axis, held) for axis, fixture in held.items() if fixture != "hooks"}}
+
+
+def cell_lengths(vectors: FloatArray) -> dict[Axis, float]:
+    """Return the lengths along its axes of a periodic cell with some vectors (D, 3), in their unit."""
+    return {axis: float(vector[COORDINATE[axis]]) for axis, vector in zip(AXES, vectors, strict=False)}
 
 
 def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> float:

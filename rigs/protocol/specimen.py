@@ -11,8 +11,9 @@ from knitlab_core.knits import (
     Fabric,
     Yarn,
     fabric_named,
-    is_planar,
+    has_cells,
 )
+from knitlab_core.knits.cell_rows import LEANING
 from knitlab_core.materials import DEFAULT_FRICTION, Material, MeasuredYarn, material_named
 from rigs.protocol.bounds import require, require_all
 
@@ -113,10 +114,11 @@ class SpecimenSpec:
         if not self.periodic:
             return
         fabric = self.fabric
+        layers = "P" in fabric.axes
         bundle = self.yarn is not None and self.yarn.model == "bundle" and self.yarn.fibres > 1
-        planar = is_planar(fabric)
         require_all(
-            lambda: require(planar, "periodic", "on", "off: this knit is not made of planar rows that repeat"),
+            lambda: require(has_cells(fabric), "periodic", "on", "off: this knit is not made of rows that repeat"),
+            lambda: require(not layers or self.layers % 2 == 0, "layers", self.layers, LEANING),
             lambda: require(not bundle, "yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres"),
             lambda: require(self.fused is None, "fused", "fused points", "none in a periodic cell"),
             lambda: require(self.rupture == "off", "rupture", self.rupture, "off in a periodic cell"),
