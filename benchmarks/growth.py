@@ -1,4 +1,6 @@
-"""How processor time grows with the size of a knit: `python -m benchmarks.growth [planar|volumetric] [size ...]`.
+"""How processor time grows with the size of a knit: `python -m benchmarks.growth [KIND] [size ...]`.
+
+Kinds are planar and volumetric specimens, and periodic cells (`cell`, `volumetric-cell`).
 
 With `KNITLAB_THREADS=1` it is the time on a machine at rest, nearly whatever else runs.
 """
@@ -20,10 +22,17 @@ from rigs.control.experiment import perform
 from rigs.machines.mounting import mount
 from rigs.record import Equilibrium
 
-SIZES: Final = {"planar": (3, 6, 10, 14, 20), "volumetric": (2, 3, 4, 6, 8)}
+SIZES: Final = {
+    "planar": (3, 6, 10, 14, 20),
+    "volumetric": (2, 3, 4, 6, 8),
+    "cell": (1, 2, 3, 4, 6, 8),
+    "volumetric-cell": (1, 2, 3, 4),
+}
 TEXTS: Final = {
     "planar": (PROTOCOL, "[6, 6]", "[{0}, {0}]", "n: 2", "n: 1"),
     "volumetric": (EXAMPLES / "fig4c_pile_4.yaml", "[4, 4, 4]", "[{0}, {0}, {0}]", "n: 1", "n: 1"),
+    "cell": (EXAMPLES.parent / "cell.yaml", "[2, 2]", "[{0}, {0}]", "n: 1", "n: 1"),
+    "volumetric-cell": (EXAMPLES.parent / "volumetric_cell.yaml", "[1, 1, 2]", "[{0}, {0}, 2]", "n: 1", "n: 1"),
 }
 
 

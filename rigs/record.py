@@ -83,7 +83,8 @@ class Equilibrium:
     clasps : Mapping
         Clasps that hold, by what they join: ``rows``, and ``layers`` of a volumetric knit; empty where unknown.
     cell : Mapping
-        Lengths of a periodic cell along its axes, those that nothing drives too [m]; empty for a specimen with edges.
+        Lengths of a periodic cell along its axes, those that nothing drives too [m]; where it is free to shear also how
+        far a vector leans along another axis, ``WC`` the wale's along the course. Empty for a specimen with edges.
     fibre_strain : float
         Largest strain at the surface of any fibre, |axial| + r |bending| [1].
     residual : float
@@ -124,7 +125,7 @@ class Equilibrium:
     bonds_whole: int = 0
     bonds_broken: int = 0
     clasps: Mapping[str, int] = field(default_factory=dict)
-    cell: Mapping[Axis, float] = field(default_factory=dict)
+    cell: Mapping[str, float] = field(default_factory=dict)
     fibre_strain: float = 0.0
     residual: float
     contacts: int
@@ -214,7 +215,7 @@ class Outcome:
 def units(
     axes: Sequence[Axis],
     clasps: Iterable[str] = (),
-    cell: Iterable[Axis] = (),
+    cell: Iterable[str] = (),
     fixtures: Iterable[str] = (),
     pins: Iterable[Axis] = (),
 ) -> dict[str, str]:
@@ -226,8 +227,8 @@ def units(
         The axes that are driven.
     clasps : iterable of str
         What the knit's clasps join.
-    cell : iterable of Axis
-        Axes of a periodic cell.
+    cell : iterable of str
+        Components of a periodic cell's vectors, ``C``, ``WC``.
     fixtures : iterable of str
         Forces of clamps or plates, ``W+_C``.
     pins : iterable of Axis

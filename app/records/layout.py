@@ -71,7 +71,7 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
     wires: int = 0,
     limits: Sequence[MaterialLimit] = (),
     clasps: Iterable[str] = (),
-    cell: Iterable[Axis] = (),
+    cell: Iterable[str] = (),
     fixtures: Iterable[str] = (),
     pins: Iterable[Axis] = (),
     let_go: Iterable[ClaspLoss] = (),
@@ -104,8 +104,8 @@ def make_record(  # noqa: PLR0913 (each is a part of the record)
         Limits of the material whose first crossing the record names.
     clasps : iterable of str
         What the knit's clasps join, ``rows`` or ``layers``; empty where they are unknown.
-    cell : iterable of Axis
-        Axes of a periodic cell; empty for a specimen with edges.
+    cell : iterable of str
+        Components of a periodic cell's vectors that rows have, ``C``, ``WC``; empty for a specimen with edges.
     fixtures : iterable of str
         Forces of clamps or plates that rows have, ``W+_C``; empty where hooks hold the knit.
     pins : iterable of Axis

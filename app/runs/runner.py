@@ -145,7 +145,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
         wires=len(wire_ends(rig, state)),
         limits=limits_of(protocol.specimen),
         clasps=clasps,
-        cell=rig.cell_axes,
+        cell=rig.cell_columns,
         fixtures=rig.fixture_forces,
         pins=rig.pins,
         let_go=lost_as_mounted(*(clasps_hold(x, clasps) for x in (rig.specimen.nodes, state.q[:, :3]))),
@@ -161,7 +161,7 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
 def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
     """Return the nodes in the lower and in the upper load plate; None on a rig without plates."""
     lower, upper = rig.grips.get("P", (None, None))
-    if lower is None or upper is None or lower.pole is not None:
+    if lower is None or upper is None or not lower.rigid:
         return None
     return lower.nodes, upper.nodes
 

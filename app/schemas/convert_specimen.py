@@ -82,6 +82,7 @@ def to_specimen(
             yields=model.yields and substance is not None,
             rupture="off" if substance is None else model.rupture,
             periodic=model.periodic,
+            shear=model.shear,
             laid_in=model.laid_in,
         )
 
@@ -132,7 +133,7 @@ def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
         "viscoelastic": "on" if spec.viscoelastic else "off",
         "yield": "on" if spec.yields else "off",
         "rupture": spec.rupture,
-        **({"periodic": "on"} if spec.periodic else {}),
+        **({"periodic": "on", "shear": spec.shear} if spec.periodic else {}),
     }
 
 

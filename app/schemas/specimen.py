@@ -9,7 +9,7 @@ from app.schemas.units import allowed
 from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
 from app.schemas.yarns import MeasuredYarnModel, is_measured
 from rigs.protocol.catalogue import Grips, Hook
-from rigs.protocol.specimen import MeshName, RestShape, Rupture
+from rigs.protocol.specimen import MeshName, RestShape, Rupture, Shear
 
 _LENGTH: Final = "a number of loop widths, or a length with its unit, such as 0.4 mm"
 _STITCH = Field(description=_LENGTH)
@@ -159,3 +159,4 @@ class SpecimenModel(Model):
     yields: Switch = Field(default=False, alias="yield", description="on or off")
     rupture: RuptureSwitch = Field(default="off", description="off, stop or go on")
     periodic: Switch = Field(default=False, description="on, a cell of an endless fabric, or off")
+    shear: Shear = Field(default="held", description="held, or free of shear stress: of a periodic cell")

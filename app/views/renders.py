@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.views.cameras import view_of
-from app.views.cells import lengths_at, lengths_of, middle_of, outline, window_of, with_images
+from app.views.cells import middle_of, outline, vectors_at, vectors_of, window_of, with_images
 from app.views.curves import prefixed
 from app.views.plots import BEYOND, NAMES
 from app.views.tube_figures import draw
@@ -72,9 +72,9 @@ def knit_frames(run: RunReader, path: Path) -> Path:
         tube(view.seen(frame.nodes), 100 * frame.axial_strain, run.size.fibre_radius, strands=run.strands)
         for frame in frames
     ]
-    cells = lengths_at(run, frames)
-    middles = [middle_of(frame.nodes) for frame in frames]
-    tubes = [with_images(one, lengths) for one, lengths in zip(tubes, cells, strict=True)] if cells else tubes
+    cells = vectors_at(run, frames)
+    middles = [middle_of(frame.nodes, view) for frame in frames]
+    tubes = [with_images(one, vectors, view) for one, vectors in zip(tubes, cells, strict=True)] if cells else tubes
     limit = min((crossing.limit for crossing in run.crossings), key=lambda one: one.strain, default=None)
     moved = any("displacement" in zero.kinds and any(zero.travel.values()) for zero in run.zeroings or ())
     titles = [_strain_title(frame, "strain from as printed" if moved else "strain") for frame in frames]
@@ -85,14 +85,14 @@ def knit_frames(run: RunReader, path: Path) -> Path:
         ]
 
     def add(figure: Figure) -> None:
-        for axes, middle, lengths in zip(figure.axes, middles, cells, strict=False):
-            outline(axes, middle, lengths)
+        for axes, middle, vectors in zip(figure.axes, middles, cells, strict=False):
+            outline(axes, middle, vectors, view)
         for axes, frame, at in zip(figure.axes, frames, spots, strict=False):
             _add_wires(axes, view.seen(frame.wires.mean(axis=1)), run.size.fibre_radius)
             for x, y, _ in 1e3 * view.seen(frame.nodes[at]):
                 axes.plot(x, y, "X", ms=8, mfc=BEYOND, mec="white", mew=0.8, zorder=4)
 
-    window = window_of(middles, cells) if cells else None
+    window = window_of(middles, cells, view) if cells else None
     return save(draw(tubes, titles, AXIAL, add, signed=True, view=view, window=window), path)
 
 
@@ -162,7 +162,8 @@ def specimen_picture(
 
     marked = clamped or specimen.sites
 
-    layers = f" × {specimen.layers} layers" if "pile+" in specimen.sites else ""
+    volumetric = "P" in specimen.fabric.axes
+    layers = f" × {specimen.layers} layers" if volumetric else ""
     title = (
         f"{specimen.rows} rows × {specimen.loops} loops{layers}, loop width {_length(specimen.loop_width)}, "
         f"fibre radius {_length(specimen.radius)}\n"
@@ -171,13 +172,13 @@ def specimen_picture(
     heights = np.asarray(specimen.nodes)[:, 2]
     factor, letter = prefixed(float(np.ptp(heights)), least=0.1)
     heights = factor * heights
-    view = view_of(volumetric="pile+" in specimen.sites)
+    view = view_of(volumetric=volumetric)
     strands = [len(strand) for strand in specimen.strands]
     seen = tube(view.seen(specimen.nodes), heights, specimen.radius, strands=strands)
     # A knit with hundreds of sites must still be seen behind them.
     size = min(7.0, 60.0 / np.sqrt(max(1, sum(len(indices) for indices in marked.values()))))
-    cell, middle = lengths_of(specimen), middle_of(specimen.nodes)
-    seen = seen if cell is None else with_images(seen, cell)
+    cell, middle = vectors_of(specimen), middle_of(specimen.nodes, view)
+    seen = seen if cell is None else with_images(seen, cell, view)
 
     def add(figure: Figure) -> None:
         for name, indices in marked.items():
@@ -188,12 +189,12 @@ def specimen_picture(
             x, y, _ = 1e3 * view.seen(spots.places(specimen.nodes)).T
             figure.axes[0].plot(x, y, "D:", ms=8, color="black", mfc="white", label=f"pins {axis}", zorder=4)
         if cell is not None:
-            outline(figure.axes[0], middle, cell)
+            outline(figure.axes[0], middle, cell, view)
         if marked or pins:
             what = "held by clamps" if clamped else "boundary sites"
             figure.legend(loc="outside lower center", ncols=4, frameon=False, title=what)
 
-    window = None if cell is None else window_of([middle], [cell])
+    window = None if cell is None else window_of([middle], [cell], view)
     return save(draw([seen], [title], f"height z [{letter}m]", add, view=view, window=window), path)
 
 

@@ -32,7 +32,7 @@ class Links(NamedTuple):
     @property
     def ends(self) -> int:
         """Return the number E of nodes of a link."""
-        return self.nodes.shape[1]
+        return int(self.nodes.shape[1])
 
     @property
     def pairs(self) -> list[tuple[int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn
 from knitlab_core.knits.planar import check_count
 from knitlab_core.knits.specimen import Cell, Specimen, check_size
+from knitlab_core.knits.volumetric_stitch import VolumetricStitch
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
@@ -73,14 +75,10 @@ def knit_cell(
     fibres = Yarn(fibre_radius=knit.fibre_radius) if yarn is None else yarn
     if fibres.model == "bundle" and fibres.fibres > 1:
         raise SpecificationError("specimen.yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres")
-    # With edges around it, whose inside is that of the cell.
-    within = Counts(rows + 2, loops + 2, layers + 2 if "P" in knit.axes else 1)
+    within = _within(knit, counts)
     line = knit.centreline(within)
     knit.check_held(within)
-    if yarn is None:
-        gap = knit.clearance(line, within, loop_width=loop_width)
-    else:
-        gap = check_fibres(line, yarn, loop_width=loop_width).between
+    gap = _gap(knit, within, yarn, loop_width)
     cut = cut_cell(knit, counts)
     edges = max(8, round(cut.rows[0].length / knit.loop_length(within) * nodes_per_loop))
     laid = fibres.contact_radius * loop_width
@@ -101,6 +99,25 @@ def knit_cell(
         sites=MappingProxyType({}),
         cell=_cell(cut, counts, loop_width),
     )
+
+
+def _within(knit: CellFabric, counts: Counts) -> Counts:
+    """Return the size of a knit with edges whose inside is that of a cell.
+
+    In a volumetric knit, all of whose yarn is searched for strands that overlap, it is one that any cell is like.
+    """
+    if isinstance(knit, VolumetricStitch):
+        return Counts(3, 3, 4)
+    return Counts(counts.rows + 2, counts.loops + 2)
+
+
+@lru_cache(maxsize=16)
+def _gap(knit: CellFabric, within: Counts, yarn: Yarn | None, loop_width: float) -> float:
+    """Return the least distance between the surfaces of yarns [loop widths]; refuse yarns that overlap."""
+    line = knit.centreline(within)
+    if yarn is None:
+        return knit.clearance(line, within, loop_width=loop_width)
+    return check_fibres(line, yarn, loop_width=loop_width).between
 
 
 def _cell(cut: Cut, counts: Counts, loop_width: float) -> Cell:

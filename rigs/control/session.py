@@ -15,7 +15,7 @@ from rigs.control.resume_point import END, START
 from rigs.control.stop_criteria import StopReason
 from rigs.instruments.channels import overloaded
 from rigs.machines.rig import most_strained, place_of, read
-from rigs.machines.shape import axial_strain, bending_strain, contact_force, lengths_of_cell, wire_ends
+from rigs.machines.shape import axial_strain, bending_strain, cell_shape, contact_force, wire_ends
 from rigs.protocol.strokes import Readings
 from rigs.record import Equilibrium, Frame
 
@@ -204,7 +204,7 @@ class Session:
             bonds_whole=whole,
             bonds_broken=step.state.bonds.whole.size - whole,
             clasps=clasps_held(step.state.q[:, :3], self.clasps),
-            cell=lengths_of_cell(self.rig, step.state),
+            cell=cell_shape(self.rig, step.state),
             fibre_strain=most_strained(self.rig, step.state).strain,
             residual=step.report.residual,
             contacts=step.report.contacts,

@@ -17,7 +17,7 @@ from knitlab_core.knits import clamp_nodes, plate_nodes
 from rigs.axes import AXES, COORDINATE, SITES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -141,12 +141,29 @@ def ideal_grips(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
     return first, replace(first, side=1, nodes=vector, travel=1.0, cell=1.0)
 
 
-def release(specimen: Specimen, model: Model, driven: Collection[Axis]) -> None:
-    """Set free, in place, the lengths of a periodic cell along the axes that nothing drives; it is not sheared."""
-    if specimen.cell is not None and model.ties is not None:
-        for axis, vector in zip(AXES, model.ties.cell, strict=False):
-            if axis not in driven:
-                model.fixed[vector, COORDINATE[axis]] = False
+def shears(axes: Sequence[Axis]) -> list[tuple[Axis, Axis]]:
+    """Return which vectors of a periodic cell may lean along which axes: each along those before its own.
+
+    A cell that could lean the other way too could turn as a whole.
+
+    Examples
+    --------
+    >>> shears(("C", "W")), shears(("C", "W", "P"))
+    ([('W', 'C')], [('W', 'C'), ('P', 'C'), ('P', 'W')])
+    """
+    return [(axis, along) for k, axis in enumerate(axes) for along in axes[:k]]
+
+
+def release(model: Model, driven: Collection[Axis], *, sheared: bool) -> None:
+    """Set free, in place, the lengths of a periodic cell along the axes that nothing drives, and its shear if asked."""
+    if model.ties is None:
+        return
+    vectors = dict(zip(AXES, model.ties.cell, strict=False))
+    for axis, vector in vectors.items():
+        if axis not in driven:
+            model.fixed[vector, COORDINATE[axis]] = False
+    for axis, along in shears(tuple(vectors)) if sheared else ():
+        model.fixed[vectors[axis], COORDINATE[along]] = False
 
 
 def clamped_nodes(specimen: Specimen, fixtures: Mapping[Axis, Fixture]) -> dict[SiteSet, IntArray]:

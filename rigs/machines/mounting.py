@@ -80,7 +80,7 @@ def mount(
         for pair in grips.values():
             prescribe(pair, model.fixed)
     else:
-        release(specimen, model, grips)
+        release(model, grips, sheared=spec.shear == "free")
     work = Workspace(model)
     if relaxed and spec.laid_in is not None:
         state = lay_in(model, state, spec.laid_in / specimen.radius)
@@ -100,6 +100,7 @@ def mount(
         measured=spec.measured is not None,
         pins=pins_on(specimen, protocol.extensometer),
         relaxed=spec.rest_shape == "straight",
+        sheared=spec.shear == "free",
         trains={axis: load_train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state

@@ -17,6 +17,7 @@ from rigs.machines.fixtures import (
     pull,
     rigid_forces,
     rigid_names,
+    shears,
 )
 from rigs.machines.pins import distance, stitch_pitch
 
@@ -64,6 +65,8 @@ class Rig:
         The edges of the yarn that broke, in order.
     measured : bool
         Whether the yarn is one by measurement, of whose fibres only the mean strain is known.
+    sheared : bool
+        Whether a periodic cell is free to shear.
     """
 
     specimen: Specimen
@@ -78,6 +81,7 @@ class Rig:
     relaxed: bool = False
     severed: tuple[int, ...] = ()
     measured: bool = False
+    sheared: bool = False
 
     @property
     def gauges(self) -> dict[Axis, float]:
@@ -85,9 +89,16 @@ class Rig:
         return {axis: self.size.extents[axis] for axis in self.grips}
 
     @property
-    def cell_axes(self) -> tuple[Axis, ...]:
-        """Return the axes along which a periodic cell repeats; none of a specimen with edges."""
-        return () if self.specimen.cell is None else AXES[: len(self.specimen.cell.vectors)]
+    def cell_columns(self) -> tuple[str, ...]:
+        """Return the components of a periodic cell's vectors that its rows have; none of a specimen with edges.
+
+        ``W`` is the length along the wale, ``WC`` how far its vector leans along the course where shear is free.
+        """
+        if self.specimen.cell is None:
+            return ()
+        axes = AXES[: len(self.specimen.cell.vectors)]
+        leaning = [f"{axis}{along}" for axis, along in shears(axes)] if self.sheared else []
+        return (*axes, *leaning)
 
     @property
     def fixture_forces(self) -> list[str]:

@@ -9,11 +9,11 @@ import numpy as np
 from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.rupture import axial_strain as stretched_along
 from knitlab_core.rods.rupture import bending_strain as bent_along
-from rigs.protocol.made_specimen import cell_lengths
+from rigs.axes import AXES, COORDINATE
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
-    from rigs.axes import Axis, FloatArray
+    from rigs.axes import FloatArray
     from rigs.machines.rig import Rig
 
 
@@ -44,11 +44,13 @@ def _of_edges(rig: Rig, values: FloatArray) -> FloatArray:
     return chosen
 
 
-def lengths_of_cell(rig: Rig, state: State) -> dict[Axis, float]:
-    """Return the lengths of a periodic cell along its axes [m]; empty for a specimen with edges."""
+def cell_shape(rig: Rig, state: State) -> dict[str, float]:
+    """Return the components of a periodic cell's vectors by column [m]; empty for a specimen with edges."""
     if rig.specimen.cell is None:
         return {}
-    return cell_lengths(rig.work.model.scales.length * state.q[-len(rig.specimen.cell.vectors) :, :3])
+    vectors = rig.work.model.scales.length * state.q[-len(rig.specimen.cell.vectors) :, :3]
+    at: dict[str, int] = {axis: COORDINATE[axis] for axis in AXES}
+    return {name: float(vectors[at[name[0]]][at[name[-1]]]) for name in rig.cell_columns}
 
 
 def contact_force(rig: Rig, state: State) -> FloatArray:

@@ -205,6 +205,9 @@ class Protocol:
         require(self.hook == "pin" or planar, "hook", self.hook, "pin: wires hold the boundary loops of a planar knit")
         bundle = self.specimen.yarn is not None and self.specimen.yarn.model == "bundle"
         require(self.hook == "pin" or not bundle, "hook", self.hook, "pin: wires hold a yarn that is one rod")
+        plates = any(drive.fixture == "plates" for drive in self.drives.values())
+        printed = f"one without plates, into which {self.rig} takes the faces of a knit: a periodic cell has none"
+        require(not (plates and self.specimen.periodic), "rig", self.rig, printed)
         hooked = "nothing hangs on hooks in a periodic cell"
         require(self.hook == "pin" or not self.specimen.periodic, "hook", self.hook, f"pin: {hooked}")
         friction = self.pole_friction

@@ -31,6 +31,7 @@ MeshName: TypeAlias = Literal["draft", "default", "fine"]
 MESHES: Final[Mapping[MeshName, int]] = {"draft": 32, "default": 48, "fine": 96}
 """Nodes per loop that have a name; peak forces at 40 % err by at most 3, 1 and 0.3 % (decision 0018)."""
 
+Shear: TypeAlias = Literal["held", "free"]
 RestShape: TypeAlias = Literal["as-printed", "straight"]
 Rupture: TypeAlias = Literal["off", "stop", "go on"]
 
@@ -69,6 +70,8 @@ class SpecimenSpec:
         Whether fibres break at their material's breaking strain, and whether the test ends with the first.
     periodic : bool
         Whether it is a cell of an endless fabric: its rows go on without ends and it has no edges.
+    shear : {'held', 'free'}
+        Whether a periodic cell stays upright or leans until it carries no shear stress.
     laid_in : float or None
         Contact radius of a straight yarn as it is laid in [m], from which it grows to its own as it relaxes; None for
         its own.
@@ -89,6 +92,7 @@ class SpecimenSpec:
     yields: bool = False
     rupture: Rupture = "off"
     periodic: bool = False
+    shear: Shear = "held"
     laid_in: float | None = None
 
     def __post_init__(self) -> None:
@@ -112,6 +116,7 @@ class SpecimenSpec:
     def _require_cell(self) -> None:
         """Raise if a periodic cell is asked for what only a specimen with edges has."""
         if not self.periodic:
+            require(self.shear == "held", "shear", self.shear, "held: only a periodic cell is sheared (periodic: on)")
             return
         fabric = self.fabric
         layers = "P" in fabric.axes

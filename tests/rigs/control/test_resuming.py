@@ -65,10 +65,13 @@ RESIN: Final = material_named("RGD8530-DM")
 CREEPING: Final = replace(RESIN, relaxation=(RelaxationTerm(share=guess(0.3, "1"), time=guess(5.0, "s")),))
 BRITTLE: Final = replace(RESIN, elongation_at_break=guess(0.05, "1"))
 
+CELL: Final = {"knit": "volumetric-default", "rows": 1, "loops": 1, "layers": 2, "periodic": True, "shear": "free"}
+
 CASES: Final = {
     "elastic": Case(knit(), STEPS),
     "relaxing": Case(knit(viscoelastic=True, material=CREEPING), (*STEPS[:2], Hold(duration=20.0), ramp(0.1))),
     "breaking": Case(knit(rupture="go on", material=BRITTLE), (ramp(0.28), ramp(0.34))),
+    "volumetric cell": Case(knit(**CELL), (ramp(0.06),)),
     "straight": Case(knit(material="cotton-2-ply", rest_shape="straight", nodes_per_loop=24), (ramp(0.05),)),
 }
 

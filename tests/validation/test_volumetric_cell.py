@@ -1,0 +1,78 @@
+"""A periodic cell of a volumetric knit: the same whatever is called its inside, and its forces are what is cut."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from tests.validation.cells import CellTest, cut_forces, make_test
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+KNIT = "volumetric-default"
+STRAIN = (0.22, 0.22, 0.22)
+
+
+def stretched(
+    counts: Sequence[int], *, friction: float = 0.0, roll: int = 0, shift: Sequence[float] = (0.0,) * 3, wider: int = 0
+) -> CellTest:
+    """Stretch a cell along all three axes."""
+    test = make_test(counts, knit=KNIT, friction=friction, roll=roll, shift=shift, wider=wider)
+    test.stretch(STRAIN, steps=8)
+    return test
+
+
+def by_strand(test: CellTest) -> np.ndarray:
+    """Return the forces along course, wale and pile on every repeat of a strand or a loop [E r^2]."""
+    return np.asarray(test.forces.diagonal() / test.area)
+
+
+@pytest.fixture(scope="module", name="one")
+def _one() -> CellTest:
+    """Return the smallest cell, stretched without friction."""
+    return stretched((1, 1, 2))
+
+
+LARGER = [(2, 2, 2), *(pytest.param(one, marks=pytest.mark.slow) for one in ((1, 1, 4), (2, 2, 4)))]
+
+
+@pytest.mark.parametrize("counts", LARGER)
+def test_cells_of_any_size_are_one_fabric(one: CellTest, counts: tuple[int, ...], bar: Callable[..., None]) -> None:
+    error = np.abs(by_strand(stretched(counts)) / by_strand(one) - 1.0).max()
+    name = " x ".join(map(str, counts))
+    bar(f"volumetric cell: {name} against 1 x 1 x 2", error, 1e-6, "1", "one fabric")
+
+
+def test_moving_the_fabric_through_the_sides_of_its_cell_changes_nothing(
+    one: CellTest, bar: Callable[..., None]
+) -> None:
+    """Images beyond those that are near are looked at too, and touch nothing."""
+    moved = stretched((1, 1, 2), roll=9, shift=(0.013, -0.031, 0.007), wider=1)
+    error = np.abs(by_strand(moved) / by_strand(one) - 1.0).max()
+    bar("volumetric cell: moved, cut elsewhere, more images", error, 1e-6, "1", "invariance")
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_forces_on_the_cell_are_those_of_all_that_a_plane_cuts(
+    one: CellTest, friction: float, bar: Callable[..., None]
+) -> None:
+    test = stretched((1, 1, 2), friction=friction) if friction else one
+    largest = np.abs(test.forces).max()
+    for axis, name in enumerate(("course", "wale", "pile")):
+        cuts = [cut_forces(test, axis, place) for place in (0.1, 0.37, 0.8)]
+        error = np.abs(np.array(cuts) - test.forces[axis]).max() / largest
+        bar(f"volumetric cell: cut across the {name}, friction {friction:g}", error, 1e-6, "1", "balance of forces")
+
+
+def test_nothing_pulls_on_free_sides_and_the_work_is_kept(bar: Callable[..., None]) -> None:
+    test = make_test((1, 1, 2), knit=KNIT, friction=0.3)
+    test.release([(0, 0), (1, 1)])
+    pile = test.stretch((0.0, 0.0, 0.25), steps=16)[-1][2, 2]
+    cut = max(np.abs(cut_forces(test, axis, 0.37)[axis]) for axis in (0, 1))
+    bar("volumetric cell: cut across free sides over force on the pile", cut / pile, 1e-6, "1", "free")
+    bar("volumetric cell: energy balance", test.imbalance, 0.01, "1", "energy")
+    # Pile loops draw the yarn that they need out of the course.
+    assert test.vectors[0, 0] < 0.9 * test.printed[0, 0]
