@@ -14,6 +14,7 @@ from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, load, loads, to_yaml
 from app.views.drawing import draw_here
 from rigs.analysis.stress_strain import stress_strain
+from rigs.axes import AXES
 
 if TYPE_CHECKING:
     from app.views.drawing import Draw
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 EXAMPLE = Path(__file__).parents[2] / "examples" / "volumetric_cell.yaml"
 TEXT = EXAMPLE.read_text()
 COARSE = TEXT.replace("loop: 8 mm", "loop: 8 mm\n  nodes_per_loop: 16").replace("upper: 25 %", "upper: 20 %")
+COARSE = COARSE.replace("others: hold", "others: hold\nmax_strain_increment: 2.5 %")
 
 
 def ran(text: str, folder: Path, draw: Draw | None = None) -> RunReader:
@@ -50,8 +52,9 @@ def _held(tmp_path_factory: pytest.TempPathFactory) -> RunReader:
 def test_the_record_has_the_cell_along_all_three_axes(held: RunReader) -> None:
     columns, extents = held.trace.columns, held.size.extents
     assert extents == pytest.approx({"C": 0.016, "W": 1.1 * 0.008, "P": 2 * 1.25 * 0.008})
-    for axis in "CWP":
-        np.testing.assert_allclose(columns[f"cell_{axis}"], extents[axis] + columns[f"displacement_{axis}"])
+    for axis in AXES:
+        driven = extents[axis] + columns[f"displacement_{axis}"]
+        np.testing.assert_allclose(columns[f"cell_{axis}"], driven)
     assert {name for name in columns if name.startswith("cell_")} == {"cell_C", "cell_W", "cell_P"}
     assert energy_balance_error(held.trace) < 0.01
     # The pile takes yarn from course and wale, whose sides are held.

@@ -151,4 +151,4 @@ def cut_forces(test: CellTest, axis: int, place: float) -> np.ndarray:
     beyond = np.floor(q[:, axis] / test.vectors[axis, axis] - place)
     beyond[test.nodes] = 0.0
     beyond[test.nodes[axis]] = 1.0
-    return (beyond[:, None] * gradient[:, :3]).sum(axis=0)
+    return np.asarray((beyond[:, None] * gradient[:, :3]).sum(axis=0))
