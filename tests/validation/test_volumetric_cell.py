@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from tests.validation.cells import CellTest, cut_forces, make_test
+from knitlab_core.equilibrium.march import march
+from knitlab_core.equilibrium.model import make_model
+from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.knits import NAMED_VOLUMETRIC_STITCHES, knit_specimen
+from tests.validation.cells import WIDTH, CellTest, cut_forces, make_test
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -73,3 +77,33 @@ def test_nothing_pulls_on_free_sides_and_the_work_is_kept(bar: Callable[..., Non
     bar("volumetric cell: energy balance", test.imbalance, 0.01, "1", "energy")
     # Pile loops draw the yarn that they need out of the course.
     assert test.vectors[0, 0] < 0.9 * test.printed[0, 0]
+
+
+def specimen_stress(size: int, strain: float) -> float:
+    """Return the force along the pile per column of pile loops of a specimen with edges, its sides free [E r^2]."""
+    stitch = NAMED_VOLUMETRIC_STITCHES[KNIT]
+    specimen = knit_specimen(stitch, rows=size, loops=size, layers=size, loop_width=WIDTH, nodes_per_loop=16)
+    model, state = make_model(
+        [specimen.nodes], radius=specimen.radius, young_modulus=0.82e9, poisson_ratio=0.37, friction=0.3
+    )
+    low, high = specimen.sites["pile-"], specimen.sites["pile+"]
+    for held in (1, 2):
+        model.fixed[low, held] = model.fixed[high, held] = True
+    # One hook is tied along its pole, against drift.
+    model.fixed[low[0], 0] = True
+    start = state.q.copy()
+    goal = start.copy()
+    goal[high, 2] += strain * (start[high, 2].mean() - start[low, 2].mean())
+    *_, (_, peak, _) = march(Workspace(model), state, lambda s: start + s * (goal - start), longest=1.0 / 16)
+    return float(peak.reaction[high, 2].sum()) / size**2
+
+
+@pytest.mark.slow
+def test_specimens_come_near_the_cell_like_one_over_their_side(bar: Callable[..., None]) -> None:
+    """Of specimens with 2 and 4 stitches a side at 30 % the share of edges halves."""
+    cell = make_test((1, 1, 2), knit=KNIT, friction=0.3)
+    cell.release([(0, 0), (1, 1)])
+    inside = cell.stretch((0.0, 0.0, 0.3), steps=24)[-1][2, 2]
+    two, four = (specimen_stress(size, 0.3) / inside - 1.0 for size in (2, 4))
+    assert two > four > 0.0
+    bar("volumetric cell: excess of specimens, 4 stitches a side over 2", four / two, 0.7, "1", "share of edges")
