@@ -130,25 +130,25 @@ def make_test(
     return CellTest(work=Workspace(model), state=state, printed=state.q[model.ties.cell, :3].copy(), area=area)
 
 
-def cut_forces(test: CellTest, axis: int, place: float) -> np.ndarray:
+def cut_forces(work: Workspace, state: State, axis: int, place: float) -> np.ndarray:
     """Return what is cut by a plane across an axis, and by its images: all tensions and contacts through it (3,).
 
     Parameters
     ----------
-    test : CellTest
-        At an equilibrium, not sheared.
+    work, state
+        A cell that is not sheared, at the equilibrium where its search ended.
     axis : int
         Coordinate that the plane is across.
     place : float
         Where the plane is, as a share of the cell's length.
     """
-    q = test.state.q
-    gradient = np.zeros_like(q)
-    # The terms are where the search ended.
-    for term in test.work.terms:
+    ties = work.model.ties
+    assert ties is not None
+    gradient = np.zeros_like(state.q)
+    for term in work.terms:
         term.add_gradient(gradient)
     # Whatever is on one side of all planes as a whole has forces that cancel.
-    beyond = np.floor(q[:, axis] / test.vectors[axis, axis] - place)
-    beyond[test.nodes] = 0.0
-    beyond[test.nodes[axis]] = 1.0
+    beyond = np.floor(state.q[:, axis] / state.q[ties.cell[axis], axis] - place)
+    beyond[ties.cell] = 0.0
+    beyond[ties.cell[axis]] = 1.0
     return np.asarray((beyond[:, None] * gradient[:, :3]).sum(axis=0))

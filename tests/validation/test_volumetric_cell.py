@@ -62,7 +62,7 @@ def test_moving_the_fabric_through_the_sides_of_its_cell_changes_nothing(
 def test_forces_on_the_cell_are_those_of_all_that_a_plane_cuts(one: CellTest, bar: Callable[..., None]) -> None:
     largest = np.abs(one.forces).max()
     for axis, name in enumerate(("course", "wale", "pile")):
-        cuts = [cut_forces(one, axis, place) for place in (0.1, 0.37, 0.8)]
+        cuts = [cut_forces(one.work, one.state, axis, place) for place in (0.1, 0.37, 0.8)]
         error = np.abs(np.array(cuts) - one.forces[axis]).max() / largest
         bar(f"volumetric cell: force against all cut across the {name}", error, 1e-6, "1", "balance of forces")
 
@@ -71,7 +71,7 @@ def test_nothing_pulls_on_free_sides_and_the_work_is_kept(bar: Callable[..., Non
     test = make_test((1, 1, 2), knit=KNIT, friction=0.3)
     test.release([(0, 0), (1, 1)])
     pile = test.stretch((0.0, 0.0, 0.2), steps=12)[-1][2, 2]
-    course, wale, through = (cut_forces(test, axis, 0.37)[axis] / pile for axis in range(3))
+    course, wale, through = (cut_forces(test.work, test.state, axis, 0.37)[axis] / pile for axis in range(3))
     bar("volumetric cell: cut across free sides", max(abs(course), abs(wale)), 1e-6, "1", "free")
     bar("volumetric cell: cut across the pile, with friction", through - 1.0, 1e-6, "1", "balance of forces")
     bar("volumetric cell: energy balance", test.imbalance, 0.01, "1", "energy")
