@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits.cell_rows import CellFabric, Cut, cut_cell
+from knitlab_core.knits.cell_rows import CellFabric, Cut, cut_cell, with_edges
 from knitlab_core.knits.fabric import Counts
 from knitlab_core.knits.fibre_clearance import check_fibres
 from knitlab_core.knits.fibres import Yarn
 from knitlab_core.knits.planar import check_count
 from knitlab_core.knits.specimen import Cell, Specimen, check_size
-from knitlab_core.knits.volumetric_stitch import VolumetricStitch
 
 if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
@@ -75,7 +74,7 @@ def knit_cell(
     fibres = Yarn(fibre_radius=knit.fibre_radius) if yarn is None else yarn
     if fibres.model == "bundle" and fibres.fibres > 1:
         raise SpecificationError("specimen.yarn.model", "bundle", "yarn in a periodic cell: one rod for all fibres")
-    within = _within(knit, counts)
+    within = with_edges(knit, counts)
     line = knit.centreline(within)
     knit.check_held(within)
     gap = _gap(knit, within, yarn, loop_width)
@@ -99,16 +98,6 @@ def knit_cell(
         sites=MappingProxyType({}),
         cell=_cell(cut, counts, loop_width),
     )
-
-
-def _within(knit: CellFabric, counts: Counts) -> Counts:
-    """Return the size of a knit with edges whose inside is that of a cell.
-
-    In a volumetric knit, all of whose yarn is searched for strands that overlap, it is one that any cell is like.
-    """
-    if isinstance(knit, VolumetricStitch):
-        return Counts(3, 3, 4)
-    return Counts(counts.rows + 2, counts.loops + 2)
 
 
 @lru_cache(maxsize=16)

@@ -28,6 +28,9 @@ MARGIN: Final = 2
 WIDEST: Final = 2
 """Loops along a row within which two may touch."""
 
+DENSEST: Final = 6
+"""Rows or layers next to one of them in which denser ones would overlap at once."""
+
 LEANING: Final = "an even number: layers lean along the wale and against it in turn, so that the knit repeats after two"
 
 _SAME: Final = 1e-6
@@ -133,9 +136,27 @@ def _volumetric(knit: VolumetricStitch, counts: Counts) -> Cut:
     cut = tuple(of(row, layer) for layer in range(layers) for row in range(rows))
     _check_repeats(cut[0], of(rows, 0), vectors[1], rows)
     middle = 0.5 * (np.array(lengths) - [0.0, knit.row_spacing, knit.layer_spacing]) + [2.0 * MARGIN - 0.5, 0.0, 0.0]
-    # A loop reaches over its height, one that is across it stands out by its depth.
-    wale, pile = (height + 2.0 * (knit.depth + knit.fibre_radius) for height in (knit.wale_height, knit.pile_height))
+    wale, pile = _reach_over(knit)
     return Cut(cut, vectors, middle, (_cells(WIDEST, lengths[0]), _cells(wale, lengths[1]), _cells(pile, lengths[2])))
+
+
+def with_edges(knit: CellFabric, counts: Counts) -> Counts:
+    """Return the size of a knit with edges whose inside is that of a cell.
+
+    All yarn of a volumetric one is searched for strands that overlap, so it has no more rows and layers than may touch.
+    """
+    if not isinstance(knit, VolumetricStitch):
+        return Counts(counts.rows + 2, counts.loops + 2)
+    wale, pile = _reach_over(knit)
+    rows, layers = _cells(wale, knit.row_spacing), _cells(pile, knit.layer_spacing)
+    # Layers lean to and fro in turn: each kind has those above it.
+    return Counts(1 + min(rows, DENSEST), 3, 2 + min(layers, DENSEST))
+
+
+def _reach_over(knit: VolumetricStitch) -> tuple[float, float]:
+    """Return how far loops reach along wale and pile: over their height, and across it by their depth [loop widths]."""
+    aside = 2.0 * (knit.depth + knit.fibre_radius)
+    return knit.wale_height + aside, knit.pile_height + aside
 
 
 def _between(row: PlanarRow | VolumetricRow, feet: FloatArray) -> CutRow:
