@@ -50,6 +50,7 @@ def test_cells_of_any_size_are_one_fabric(one: CellTest, counts: tuple[int, ...]
     bar(f"volumetric cell: {name} against 1 x 1 x 2", error, 1e-6, "1", "one fabric")
 
 
+@pytest.mark.slow
 def test_moving_the_fabric_through_the_sides_of_its_cell_changes_nothing(
     one: CellTest, bar: Callable[..., None]
 ) -> None:
