@@ -20,6 +20,7 @@ from app.cli.exit_codes import UNWRITABLE, USAGE, error_exit_code
 from app.cli.export import EXPORT_HELP, export
 from app.cli.printing import PRINT_HELP, print_
 from app.cli.remote import remote
+from app.cli.report import REPORT_HELP, report
 from app.cli.run import resume, run
 from app.cli.sem import EXAMPLE, SHORT, images
 from app.cli.serve import service
@@ -202,6 +203,7 @@ knitlab.command(
     epilog="\b\nExample:\n  knitlab plot runs/course runs/wale runs/pile --out three_directions.png",
 )(plot)
 knitlab.command(short_help="Lay runs and measured files over each other.", epilog=COMPARE_HELP)(compare)
+knitlab.command(short_help="Write the report of runs: one HTML file.", epilog=REPORT_HELP)(report)
 knitlab.command(short_help="Fit parameters of a protocol to measured tests.", epilog=CALIBRATE_HELP)(calibrate)
 knitlab.command(
     name="master-curve",

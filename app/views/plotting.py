@@ -6,12 +6,13 @@ import base64
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.artist import Artist
 
 from app.records.folder import whole_file
+from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -39,10 +40,20 @@ def lay_out(figure: Figure) -> None:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG, atomically."""
+    """Write a figure, atomically, in the format of the file's suffix.
+
+    Raises
+    ------
+    SpecificationError
+        If matplotlib writes no such format.
+    """
+    kind, kinds = path.suffix.lstrip(".").lower(), figure.canvas.get_supported_filetypes()
+    if kind not in kinds:
+        raise SpecificationError("file of a figure", path.name, f"a name that ends in .{', .'.join(sorted(kinds))}")
     lay_out(figure)
+    options: dict[str, Any] = {"pil_kwargs": COMPRESSION} if kind == "png" else {}
     with whole_file(path) as temporary:
-        figure.savefig(temporary, dpi=DPI, facecolor="white", pil_kwargs=COMPRESSION)
+        figure.savefig(temporary, dpi=DPI, facecolor="white", **options)
     return path
 
 

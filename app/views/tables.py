@@ -66,9 +66,16 @@ def figures_data(figures: Sequence[Figure]) -> list[dict[str, Any]]:
 
 def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
     """Print what is known of the specimen."""
+    table = Table.grid(padding=(0, 2))
+    for name, text in facts_rows(protocol, facts):
+        table.add_row(name, text)
+    console_of().print(table)
+
+
+def facts_rows(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:
+    """Return what is known of the specimen, each fact as its name and its text."""
     spec = protocol.specimen
     knit = spec.knit if isinstance(spec.knit, str) else spec.knit.description
-    table = Table.grid(padding=(0, 2))
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
@@ -78,7 +85,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         if spec.measured is not None:
             good = "estimate for the outer radius: pressed together, yarn reaches farther"
         budget = f"used up at {facts.locking_strain:.1%} equibiaxial strain ({good})"
-    for name, text in (
+    return [
         ("test", f"{protocol.name} on {protocol.rig}{mounted}"),
         ("knit", f"{knit}, {count}, l = {1e3 * spec.loop_width:.4g} mm"),
         ("material", material_label(spec)),
@@ -97,9 +104,7 @@ def print_facts(protocol: Protocol, facts: SpecimenFacts) -> None:
         ("clasps", _clasps(facts)),
         ("arc-length budget", budget),
         *(beyond_elastic(spec) or {"beyond elastic": ELASTIC}).items(),
-    ):
-        table.add_row(name, text)
-    console_of().print(table)
+    ]
 
 
 def _loop_budgets(spec: SpecimenSpec) -> str:

@@ -161,3 +161,22 @@ def test_files_may_be_repeats_of_one_test(say: Callable[..., Said], tmp_path: Pa
     assert one[name, "", "Repeats"] == 3
     # The mean of 1, 2 and 3 N on 0.2 mm.
     assert one[name, "", "Stiffness (secant 0 mm - 3.8 mm)"] == pytest.approx(1e4)
+
+
+def test_a_figure_has_the_format_of_its_suffix(say: Callable[..., Said], run: Path, tmp_path: Path) -> None:
+    assert say("plot", run, "--out", tmp_path / "both.svg").code == 0
+    assert "<svg" in (tmp_path / "both.svg").read_text()
+    said = say("plot", run, "--out", tmp_path / "both.docx")
+    assert said.code == 2
+    assert said.err.startswith("file of a figure: found 'both.docx', allowed a name that ends in .")
+    assert said.err.count("\n") == 1
+
+
+def test_a_report_of_what_is_no_run_is_one_line(say: Callable[..., Said], tmp_path: Path) -> None:
+    (tmp_path / "run.h5").write_text("none")
+    for words in ((tmp_path,), (tmp_path / "none",)):
+        said = say("report", *words)
+        assert said.code == 2
+        assert said.err.count("\n") == 1
+        assert said.out == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
