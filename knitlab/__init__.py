@@ -25,7 +25,8 @@ files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
 records    show gives the Run of a folder, open_run its RunReader; figures
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
-           compare gives a Comparison, with an Alignment; calibrate gives a Calibration
+           compare gives a Comparison, with an Alignment; calibrate gives a Calibration;
+           report writes a page
 service    Client
 errors     KnitlabError and its children; RunStoppedError
 
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     from app.studies.calibration import Calibration, calibrate
     from app.version import __version__
     from app.views.overlay import Comparison, compare
+    from app.views.report.page import report
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.errors import (
         ConvergenceError,
@@ -174,6 +176,7 @@ __all__ = [
     "open_run",
     "parse_quantity",
     "read_measured",
+    "report",
     "resume",
     "run",
     "show",
@@ -248,6 +251,7 @@ _HOMES: Final = {
     "open_run": "app.records.reader:read_run",
     "parse_quantity": "app.schemas.units:parse",
     "read_measured": "app.records.analysis:read_file",
+    "report": "app.views.report.page:report",
     "resume": "app.interactive.running:resume",
     "run": "app.interactive.running:run",
     "show": "app.interactive.running:show",

@@ -20,7 +20,6 @@ from app.cli.measured_options import (
     Slack,
     Thickness,
     Width,
-    alignment_of,
     mapping_of,
 )
 from app.cli.terminal import AsJson, Chosen, ProtocolPath, complain, values_of
@@ -68,6 +67,7 @@ def calibrate(  # noqa: PLR0913 (each is an option)
     Loading, holds and unloading of a cycle are compared as `knitlab compare` aligns them. What the data do not tell is
     said and not estimated. Runs are kept: the same command again goes on where it was.
     """
+    from app.schemas.measured import alignment_of  # noqa: PLC0415
     from app.studies.calibration import calibrate as calibrated  # noqa: PLC0415
     from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415

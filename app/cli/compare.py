@@ -18,7 +18,6 @@ from app.cli.measured_options import (
     Slack,
     Thickness,
     Width,
-    alignment_of,
     mapping_of,
 )
 from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
@@ -57,6 +56,7 @@ def compare(  # noqa: PLR0913 (each is an option)
     Repeats in a file make a band. Units and directions are made the same; each difference has its row in the table.
     """
     from app.records.table_files import write_table  # noqa: PLC0415
+    from app.schemas.measured import alignment_of  # noqa: PLC0415
     from app.views.figure_tables import print_table  # noqa: PLC0415
     from app.views.overlay import compare as compared  # noqa: PLC0415
 

@@ -1,5 +1,6 @@
 """Mapping of a measured file: what its columns are, and of which specimen, given once in YAML."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
@@ -8,8 +9,10 @@ from pydantic import Field, ValidationError
 from app.schemas.base import Model
 from app.schemas.document import Document, dotted, parse_text, read_text
 from app.schemas.errors import ProtocolError, in_order, nearest, shown
-from app.schemas.units import allowed
+from app.schemas.units import allowed, parse
 from app.schemas.values import Label, Length
+from knitlab_core.errors import SpecificationError
+from rigs.analysis.alignment import Alignment
 from rigs.readers.headings import DIMENSIONS, Heading, Quantity, factor_to_si
 from rigs.readers.mapping import FileMapping
 
@@ -85,6 +88,42 @@ def mapping_beside(path: Path) -> FileMapping:
     # A protocol may have the name of its log.
     is_mapping = beside.is_file() and SCHEMA.encode() in beside.read_bytes()[:MOST_LOOKED_AT]
     return load_mapping(beside) if is_mapping else FileMapping()
+
+
+def with_lengths(known: FileMapping, gauge_length: str | None, width: str | None, thickness: str | None) -> FileMapping:
+    """Return what is known of a measured file with lengths that go before its own, as texts such as ``45 mm``.
+
+    Raises
+    ------
+    SpecificationError
+        If one is no length above 0.
+    """
+
+    def length(option: str, text: str | None, otherwise: float) -> float:
+        if text is None:
+            return otherwise
+        found = parse(text, "length", option)
+        if found <= 0.0:
+            raise SpecificationError(option, text, "a length above 0 m")
+        return found
+
+    return replace(
+        known,
+        gauge_length=length("--gauge-length", gauge_length, known.gauge_length),
+        width=length("--width", width, known.width),
+        thickness=length("--thickness", thickness, known.thickness),
+    )
+
+
+def alignment_of(cycle: int, slack: str | None, *, offset: bool) -> Alignment:
+    """Return how tests are laid over each other; the slack is a text such as ``50 mN``.
+
+    Raises
+    ------
+    SpecificationError
+        If the slack is no force.
+    """
+    return Alignment(cycle=cycle, slack=None if slack is None else parse(slack, "force", "--slack"), offset=offset)
 
 
 def _require_units(document: Document, model: MeasuredModel) -> None:

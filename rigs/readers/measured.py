@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from rigs.record import Phase
 
 PLAIN: Final = FileMapping()
+MOST_REPEATS: Final = 1000
+"""Repeats of one file; more are a column of another kind."""
 _CYCLE: Final = re.compile(r"(\d+)-(\w+)")
 _UNNEEDED: Final = {"time", "strain"}
 """Quantities whose unit need not be said: s and 1."""
@@ -62,8 +64,13 @@ def read_measured(path: Path, mapping: FileMapping = PLAIN) -> list[Measurement]
     repeat = _of(table, "repeat", "")
     numbers = np.ones(len(table.lines)) if repeat is None else repeat.values
     found = []
+    repeats = np.unique(numbers)
+    if len(repeats) > MOST_REPEATS:
+        raise FormatError(
+            path, table.lines[0], f"at most {MOST_REPEATS} repeats in a column of them, not {len(repeats)}"
+        )
     for axis in axes:
-        for number in np.unique(numbers):
+        for number in repeats:
             rows = np.flatnonzero(numbers == number)
             label = name if repeat is None else f"{name}, repeat {number:g}"
             found.append(_measurement(path, table, rows, axis, label, mapping))

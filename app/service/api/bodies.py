@@ -13,6 +13,8 @@ from app.service.api.problems import ProblemError, beyond, refused
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from fastapi import Request
 
     from app.schemas import Loaded
@@ -87,10 +89,36 @@ async def read_raw(request: Request, bound: int) -> Raw:
     ProblemError
         If it is too large, too slow, not text, or neither JSON nor YAML.
     """
+    said = require_kind(request, _KINDS)
+    content = await read_bytes(request, bound)
+    try:
+        return Raw(content.decode("utf-8-sig"), _KINDS[said])
+    except UnicodeDecodeError as error:
+        raise ProblemError("malformed", f"found byte 0x{content[error.start]:02x}, allowed text in UTF-8") from error
+
+
+def require_kind(request: Request, kinds: Collection[str]) -> str:
+    """Return the media type of a body; refuse one that is not among some kinds.
+
+    Raises
+    ------
+    ProblemError
+        Naming the kinds.
+    """
     said = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if said not in _KINDS:
-        allowed = ", ".join(_KINDS)
-        raise ProblemError("media-type", f"content-type: found {said or 'nothing'}, allowed {allowed}")
+    if said not in kinds:
+        raise ProblemError("media-type", f"content-type: found {said or 'nothing'}, allowed {', '.join(kinds)}")
+    return said
+
+
+async def read_bytes(request: Request, bound: int) -> bytes:
+    """Return the body of a request, up to its bound [bytes].
+
+    Raises
+    ------
+    ProblemError
+        If it is too large or too slow.
+    """
     length = request.headers.get("content-length", "")
     if length.isascii() and length.isdigit() and int(length[:20]) > bound:
         raise beyond("bytes", length[:20], bound, kind="too-large")
@@ -103,10 +131,7 @@ async def read_raw(request: Request, bound: int) -> Raw:
                 content += chunk
     except TimeoutError as error:
         raise ProblemError("too-slow", f"allowed {PATIENCE:g} s for the whole body") from error
-    try:
-        return Raw(content.decode("utf-8-sig"), _KINDS[said])
-    except UnicodeDecodeError as error:
-        raise ProblemError("malformed", f"found byte 0x{content[error.start]:02x}, allowed text in UTF-8") from error
+    return bytes(content)
 
 
 def parse_json(text: str) -> Any:  # noqa: ANN401 (whatever JSON holds)

@@ -36,6 +36,8 @@ class Bounds:
         Nodes of all its specimens that differ in shape, strokes of all its protocols.
     streams : int
         Event streams open at a time.
+    measured : int
+        Bytes of a measured file that is laid over a job.
     """
 
     body: int = 1_000_000
@@ -48,6 +50,7 @@ class Bounds:
     sweep_nodes: int = 2_000_000
     sweep_strokes: int = 500_000
     streams: int = 64
+    measured: int = 4_000_000
 
 
 def node_count(spec: SpecimenSpec) -> int:

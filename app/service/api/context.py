@@ -26,8 +26,8 @@ class Context:
         What one request may ask for.
     thinking : CapacityLimiter
         Threads for looks at small protocols, so that those that answer all else stay free.
-    checking, sweeping, drawing : Turns
-        Turns to look at a large protocol, to look at a sweep, to draw a picture.
+    checking, sweeping, drawing, comparing : Turns
+        Turns to look at a large protocol, to look at a sweep, to draw a picture, to read a measured file.
     closing : Event
         Set when the service is about to stop: streams end, their clients come again.
     """
@@ -44,6 +44,9 @@ class Context:
     # Drawing takes hundreds of MB too.
     drawing: Turns = field(
         default_factory=lambda: Turns(what="other pictures are being drawn", again=10, patience=30.0)
+    )
+    comparing: Turns = field(
+        default_factory=lambda: Turns(what="other measured files are being read", again=10, patience=30.0)
     )
     closing: Event = field(default_factory=Event)
 

@@ -264,7 +264,7 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
         408: "The request took too long",
         409: "Not there yet, or not ended yet",
         413: "The body is too large",
-        415: "The body is neither JSON nor YAML",
+        415: "The body is of a kind that the route does not take",
         416: "The range is not in the file",
         422: "What was asked for is not valid, or beyond a bound",
         503: "Too many at once, or the service cannot keep its data for the moment",

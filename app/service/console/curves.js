@@ -6,7 +6,7 @@ import { thin } from "./thin.js";
 import { AXES } from "./words.js";
 
 /** Return one chart on a canvas of its own. */
-function chart(title, x, y) {
+export function chart(title, x, y) {
   const canvas = h("canvas", { role: "img", "aria-label": `${title}: ${y} over ${x}` });
   const axis = (text) => ({ type: "linear", title: { display: true, text } });
   const made = new Chart(canvas, {
@@ -20,6 +20,15 @@ function chart(title, x, y) {
     },
   });
   return { made, sets: new Map(), node: h("div", { class: "chart" }, canvas) };
+}
+
+/** Give the axes of a chart the colours of the present theme. */
+export function paint({ options: { scales } }) {
+  for (const axis of [scales.x, scales.y]) {
+    axis.ticks = { ...axis.ticks, color: colour("faint") };
+    axis.grid = { ...axis.grid, color: colour("line") };
+    axis.title.color = colour("ink");
+  }
 }
 
 /** Return the set of an axis and a cycle (0: of them all), which keeps every point beside the thinned ones. */
@@ -129,12 +138,7 @@ export class Curves {
   }
 
   draw({ made, sets, node }) {
-    const { scales } = made.options;
-    for (const axis of [scales.x, scales.y]) {
-      axis.ticks = { ...axis.ticks, color: colour("faint") };
-      axis.grid = { ...axis.grid, color: colour("line") };
-      axis.title.color = colour("ink");
-    }
+    paint(made);
     const columns = Math.max(200, node.clientWidth);
     for (const set of sets.values()) {
       set.data = thin(set.all, columns);

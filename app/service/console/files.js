@@ -4,7 +4,7 @@ import { arrange, h, put } from "./dom.js";
 import { size } from "./words.js";
 
 /** Save an answer as a file; a link cannot carry the token. */
-async function save(path, name) {
+export async function save(path, name) {
   const found = await (await ask(path)).blob();
   const link = h("a", { href: URL.createObjectURL(found), download: name });
   link.click();

@@ -1,5 +1,7 @@
 // Say above all else how far a job is, and change that in place as it goes on.
-import { entitle, h, put } from "./dom.js";
+import { report } from "./api.js";
+import { entitle, h, put, tell } from "./dom.js";
+import { save } from "./files.js";
 import { Verbs, badge, stamp } from "./verbs.js";
 import { doing, ending, percent, span } from "./words.js";
 
@@ -8,6 +10,7 @@ export class Heading {
     const title = h("h1", { tabindex: "-1" }, job.name, " ", h("span", { class: "faint" }, job.id));
     this.state = badge();
     this.verbs = new Verbs(changed, title, gone);
+    this.report = h("button", { type: "button", onclick: () => this.take(job) }, "Report");
     this.done = h("progress", { max: 1, "aria-label": "done" });
     this.share = h("span");
     this.left = h("span", { class: "faint" });
@@ -16,15 +19,30 @@ export class Heading {
     this.beyond = h("div");
     const sweep = job.sweep && h("a", { href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
     place.append(h("div", {},
-      h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.state, this.verbs.node)),
+      h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.state, this.report, this.verbs.node)),
       h("div", { class: "bar" }, this.done, this.share, this.left, this.rows, sweep),
       this.where, this.beyond));
+  }
+
+  /** Save the report: it is drawn when it is asked for, which takes some seconds. */
+  async take({ id, name }) {
+    if (this.taking) return;
+    this.taking = true;
+    tell(`${name}: the report is being made`);
+    try {
+      await save(`v1/jobs/${id}/report`, `${name}_report.html`);
+      tell(`${name}: the report is saved`);
+    } catch (error) {
+      report(error);
+    }
+    this.taking = false;
   }
 
   show(job) {
     const { progress } = job;
     stamp(this.state, job);
     this.verbs.show(job);
+    this.report.hidden = !progress.rows;
     this.done.value = progress.share;
     put(this.share, percent(progress.share, 0));
     this.left.hidden = Boolean(job.finished);

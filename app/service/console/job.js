@@ -1,5 +1,6 @@
-// Show one job: how far it is, its curves as they grow, its knit, its files.
+// Show one job: how far it is, its curves as they grow, a measured file over them, its knit, its files.
 import { every, follow, get, report } from "./api.js";
+import { Comparison } from "./compare.js";
 import { Curves } from "./curves.js";
 import { h, tell } from "./dom.js";
 import { Files, Log } from "./files.js";
@@ -13,14 +14,16 @@ export async function showJob(place, signal, id) {
   const heading = new Heading(place, job, changed, () => { location.hash = "#/"; });
   const curves = new Curves(signal);
   const shape = new Shape(id, signal, (section) => curves.measure(section));
+  const comparison = new Comparison(id, signal);
   const files = new Files(id, signal), log = new Log(id, signal);
-  place.append(curves.node, shape.node, h("div", { class: "two" }, files.node, log.node));
+  place.append(curves.node, comparison.node, shape.node, h("div", { class: "two" }, files.node, log.node));
 
   function changed(now) {
     job = now;
     heading.show(job);
     curves.say(over());
     curves.mark(job.progress.crossings ?? []);
+    comparison.node.hidden = !job.progress.rows;
   }
 
   /** Bring everything up to date that is not in the stream; what fails leaves the rest as it is. */

@@ -8,7 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
-import matplotlib as mpl
 from markupsafe import Markup
 
 if TYPE_CHECKING:
@@ -33,7 +32,9 @@ def inline_svg(draw: Callable[[Path], object], label: str, name: str) -> Markup:
     name : str
         What the names inside begin with, so that several plots in a page do not share them.
     """
-    with TemporaryDirectory(prefix="knitlab-report-") as folder, mpl.rc_context({"svg.hashsalt": name}):
+    from matplotlib import rc_context  # noqa: PLC0415 (only where something is drawn)
+
+    with TemporaryDirectory(prefix="knitlab-report-") as folder, rc_context({"svg.hashsalt": name}):
         path = Path(folder) / "figure.svg"
         draw(path)
         text = path.read_text(encoding="utf-8")

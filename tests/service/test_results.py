@@ -1,0 +1,131 @@
+"""The report of a job, and a measured file over its test."""
+
+from __future__ import annotations
+
+from shutil import copyfile
+from typing import TYPE_CHECKING
+
+import pytest
+
+from app.records.export import export_log
+from app.records.reader import read_run
+from app.service.api.bounds import Bounds
+from app.service.folder import JobFolder
+from app.service.jobs import Job, JobSpec
+from app.views.overlay import compare
+from tests.service.serving import problem
+from tests.synthetic_run import PROTOCOL, make_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import httpx
+
+    from app.service.store import Store
+
+CSV = {"Content-Type": "text/csv"}
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the record of a test on a small knit."""
+    return make_run(tmp_path_factory.mktemp("record") / "run.h5", protocol=PROTOCOL.replace("[6, 6]", "[2, 2]")).path
+
+
+@pytest.fixture(scope="module")
+def log(record: Path) -> Path:
+    """Write its log as the instrument would: what a user may send."""
+    return export_log(read_run(record), record.parent, "biotester")
+
+
+@pytest.fixture
+def done(store: Store, protocol: str, record: Path) -> Job:
+    """Put the record of a test that has been run into the folder of a job."""
+    job = store.submit(JobSpec(name="made", protocol=protocol))
+    files = JobFolder(store.folder(job.id))
+    files.run.mkdir(parents=True)
+    copyfile(record, files.run / "run.h5")
+    return job
+
+
+@pytest.mark.slow
+def test_the_report_of_a_job_is_a_page_that_does_nothing(http: httpx.Client, done: Job) -> None:
+    answer = http.get(f"/v1/jobs/{done.id}/report")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    assert answer.headers["content-disposition"] == "attachment; filename*=utf-8''synthetic_report.html"
+    assert "sandbox" in answer.headers["content-security-policy"]
+    assert "loops: [2, 2]" in answer.text
+    assert "<script" not in answer.text
+
+
+def test_a_job_without_a_record_has_no_report_and_no_comparison(http: httpx.Client, job: Job) -> None:
+    problem(http.get(f"/v1/jobs/{job.id}/report"), 409, "not-ready")
+    problem(http.post(f"/v1/jobs/{job.id}/compare", content=b"a", headers=CSV), 409, "not-ready")
+    problem(http.get("/v1/jobs/none/report"), 404, "unknown")
+    problem(http.post("/v1/jobs/none/compare", content=b"a", headers=CSV), 404, "unknown")
+
+
+def test_a_file_over_a_job_has_the_scores_of_the_command(
+    http: httpx.Client, done: Job, record: Path, log: Path, tmp_path: Path
+) -> None:
+    answer = http.post(f"/v1/jobs/{done.id}/compare", params={"name": "<b>.csv"}, content=log.read_bytes(), headers=CSV)
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert (found["across"], found["along"]) == ("strain", "stress")
+    same = compare([log, record], tmp_path / "over.png").table
+    wanted = {(axis, figure): value for _, axis, _, figure, value, *_ in same.rows() if figure == "NRMSE"}
+    scores = {(one["axis"], one["figure"]): one["value"] for one in found["scores"] if one["figure"] == "NRMSE"}
+    assert scores == pytest.approx(wanted)
+    assert set(wanted) == {("C", "NRMSE"), ("W", "NRMSE")}
+    parts = {(one["name"], one["axis"], one["part"]) for one in found["curves"]}
+    assert ("<b>.csv", "C", "loading") in parts
+    assert ("synthetic", "W", "unloading") in parts
+    assert all(len(one["x"]) == len(one["y"]) <= 2000 for one in found["curves"])
+
+
+def test_one_axis_and_another_cycle(http: httpx.Client, done: Job, log: Path) -> None:
+    where = f"/v1/jobs/{done.id}/compare"
+    content = log.read_bytes()
+    found = http.post(where, params={"axis": "W", "cycle": 2}, content=content, headers=CSV).json()
+    assert {one["axis"] for one in found["curves"]} == {"W"}
+    assert {one["cycle"] for one in found["scores"]} == {2}
+    beyond = problem(http.post(where, params={"cycle": 9}, content=content, headers=CSV), 422, "invalid-request")
+    assert beyond["errors"][0]["parameter"] == "cycle"
+    for name, value in (("slack", "3 mm"), ("gauge_length", "0 mm"), ("width", "wide"), ("axis", "Q"), ("cycle", "0")):
+        refused = problem(http.post(where, params={name: value}, content=content, headers=CSV), 422, "invalid-request")
+        assert refused["errors"][0]["parameter"] == name
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "words"),
+    [
+        (b"Time [s],Load [N],Extension [mm]\n0,0,0\n1,x,1\n", 3, "Load"),
+        (b"Time [s],Load,Extension [mm]\n0,0,0\n1,1,1\n", 1, "unit"),
+        (b"PK\x03\x04\x00\x00", 1, "text"),
+        (b"", 1, "expected"),
+        (b"<html><script>alert(1)</script></html>", 1, "expected"),
+        (
+            b"repeat,Time [s],Load [N],Extension [mm]\n" + b"".join(b"%d,0,0,0\n" % k for k in range(1200)),
+            2,
+            "1000 repeats",
+        ),
+    ],
+)
+def test_what_is_no_table_is_refused_with_its_line(
+    http: httpx.Client, done: Job, content: bytes, line: int, words: str
+) -> None:
+    answer = http.post(f"/v1/jobs/{done.id}/compare", params={"name": "fabric.csv"}, content=content, headers=CSV)
+    refused = problem(answer, 422, "invalid-request")
+    assert refused["detail"].startswith(f"fabric.csv, line {line}: expected")
+    assert words in refused["detail"]
+    assert refused["errors"][0]["line"] == line
+    assert "/tmp" not in answer.text  # noqa: S108 (no path of the service leaves)
+
+
+def test_a_file_is_bounded_and_of_its_kind(http: httpx.Client, done: Job) -> None:
+    where = f"/v1/jobs/{done.id}/compare"
+    most = Bounds().measured
+    refused = problem(http.post(where, content=b"1" * (most + 1), headers=CSV), 413, "too-large")
+    assert refused["errors"][0]["bound"] == most
+    problem(http.post(where, content=b"a", headers={"Content-Type": "application/zip"}), 415, "media-type")
