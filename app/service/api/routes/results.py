@@ -26,6 +26,7 @@ router = APIRouter(prefix="/v1/jobs/{job}", tags=["results"])
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; sandbox"
 _TABLES = ("text/csv", "text/plain", "text/tab-separated-values")
 _TEXT = {"schema": {"type": "string"}}
+_TABLE = {**_TEXT, "example": "Time [s],Load [N],Extension [mm]\n0,0,0\n1,0.2,1\n2,0.6,2\n"}
 
 Quantity = Annotated[str | None, Query(max_length=32, examples=["45 mm"])]
 
@@ -103,7 +104,7 @@ def _reported(record: Path) -> tuple[str, str]:
         "requestBody": {
             "required": True,
             "description": "The file as an instrument writes it: text between commas, semicolons or tabs.",
-            "content": dict.fromkeys(_TABLES, _TEXT),
+            "content": dict.fromkeys(_TABLES, _TABLE),
         }
     },
 )
