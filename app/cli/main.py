@@ -16,6 +16,7 @@ from app.cli.analyse import ANALYSE_HELP, analyse
 from app.cli.analysis import plot, sweep
 from app.cli.calibrate import CALIBRATE_HELP, calibrate
 from app.cli.compare import COMPARE_HELP, compare
+from app.cli.design import DESIGN_HELP, design
 from app.cli.exit_codes import UNWRITABLE, USAGE, error_exit_code
 from app.cli.export import EXPORT_HELP, export
 from app.cli.printing import PRINT_HELP, print_
@@ -205,6 +206,7 @@ knitlab.command(
 knitlab.command(short_help="Lay runs and measured files over each other.", epilog=COMPARE_HELP)(compare)
 knitlab.command(short_help="Write the report of runs: one HTML file.", epilog=REPORT_HELP)(report)
 knitlab.command(short_help="Fit parameters of a protocol to measured tests.", epilog=CALIBRATE_HELP)(calibrate)
+knitlab.command(short_help="Look for parameters with which a test comes to what is wanted.", epilog=DESIGN_HELP)(design)
 knitlab.command(
     name="master-curve",
     short_help="Ask whether knits of any design have one curve.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -13,9 +13,11 @@ from app.schemas.document import dotted
 from app.schemas.errors import Faults, ProtocolError, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from app.schemas.document import Document, Place
+
+Method: TypeAlias = Literal["halton", "latin-hypercube", "random"]
 
 MOST_SAMPLES: Final = 10_000
 MOST_PARAMETERS: Final = 20
@@ -26,7 +28,7 @@ class SampleModel(Model):
     """A design of points that fill the ranges of parameters."""
 
     points: int = Field(description="a whole number, such as 24")
-    method: Literal["halton", "latin-hypercube", "random"] = Field(
+    method: Method = Field(
         default="halton", description="halton, latin-hypercube or random; more points keep those of halton and random"
     )
     seed: int = Field(default=0, description="a whole number from 0")
@@ -59,7 +61,7 @@ def sampled(sample: SampleModel, params: Sequence[str], document: Document) -> l
         faults.found.append(_refusal(document, ("sample", "seed"), shown(sample.seed), "a whole number from 0"))
     ranges = [faults.of(partial(_range, sample, name, params, document), None) for name in sample.of]
     faults.raise_any()
-    design = _design(sample)
+    design = unit_design(sample.method, sample.points, len(sample.of), sample.seed)
     found = []
     for row in design:
         point: dict[str, str | float] = {}
@@ -71,19 +73,19 @@ def sampled(sample: SampleModel, params: Sequence[str], document: Document) -> l
     return found
 
 
-def _design(sample: SampleModel) -> Iterator[list[float]]:
-    """Yield the points of a design in the unit cube."""
+def unit_design(method: Method, points: int, count: int, seed: int) -> list[list[float]]:
+    """Return the points of a design in the unit cube of so many parameters."""
     from numpy.random import default_rng  # noqa: PLC0415 (only a protocol with a design needs it)
     from scipy.stats import qmc  # noqa: PLC0415
 
-    count = len(sample.of)
-    if sample.method == "random":
-        design = default_rng(sample.seed).random((sample.points, count))
-    elif sample.method == "latin-hypercube":
-        design = qmc.LatinHypercube(count, rng=default_rng(sample.seed)).random(sample.points)
+    if method == "random":
+        design = default_rng(seed).random((points, count))
+    elif method == "latin-hypercube":
+        design = qmc.LatinHypercube(count, rng=default_rng(seed)).random(points)
     else:
-        design = qmc.Halton(count, rng=default_rng(sample.seed)).random(sample.points)
-    yield from design.tolist()
+        design = qmc.Halton(count, rng=default_rng(seed)).random(points)
+    found: list[list[float]] = design.tolist()
+    return found
 
 
 def _range(sample: SampleModel, name: str, params: Sequence[str], document: Document) -> tuple[float, float, str]:

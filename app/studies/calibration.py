@@ -125,7 +125,13 @@ def calibrate(
     parameters = bounded(path, fit, chosen or {})
     groups = groups_of(measured, mapping, how, axis, leave_out)
     with FitRuns(
-        protocol=path, folder=out / "runs", chosen=chosen or {}, jobs=jobs, parameters=parameters, progress=progress
+        protocol=path,
+        folder=out / "runs",
+        chosen=chosen or {},
+        jobs=jobs,
+        parameters=parameters,
+        progress=progress,
+        most=MOST_STEPS * (1 + len(parameters)),
     ) as runs:
         misfit = Misfit(runs=runs, groups=groups, how=how)
         z, steps_left = _search(misfit, parameters)

@@ -1,11 +1,11 @@
-"""Runs of a calibration: each set of values in a folder of its own, kept and used again."""
+"""Runs of a study: each set of values in a folder of its own, kept and used again."""
 
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from multiprocessing import get_context
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from app.records.folder import RECORD
 from app.runs.sweeps import is_done
@@ -22,11 +22,26 @@ if TYPE_CHECKING:
 
     from app.runs.publishing import Progress
     from app.schemas.document import Data
-    from rigs.analysis.estimation import Bounded
+    from app.schemas.sweep import Scalar
     from rigs.axes import FloatArray
 
 MOST_STEPS: Final = 40
-"""Steps of the search."""
+"""Steps of the search of a calibration."""
+
+
+class Parameter(Protocol):
+    """A parameter between bounds or among words, by its coordinate from 0 to 1."""
+
+    @property
+    def name(self) -> str:
+        """Return its name."""
+
+    @property
+    def unit(self) -> str:
+        """Return the unit that its values are written with; empty of a plain number or a word."""
+
+    def value(self, z: float) -> Scalar:
+        """Return the value at a coordinate."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -41,10 +56,12 @@ class FitRuns:
         Values of other parameters.
     jobs : int
         Processes at once.
-    parameters : sequence of Bounded
-        The parameters of the fit.
+    parameters : sequence of Parameter
+        The parameters that vary.
     progress : callable
         Told of every run.
+    most : int
+        Runs there may be, of which progress is a share.
     done : dict
         Folder of each run by its label, None where its values cannot be run, and why.
     reused : int
@@ -55,8 +72,9 @@ class FitRuns:
     folder: Path
     chosen: Mapping[str, Data]
     jobs: int
-    parameters: Sequence[Bounded]
+    parameters: Sequence[Parameter]
     progress: Progress
+    most: int
     done: dict[str, tuple[Path | None, str]] = field(default_factory=dict)
     reused: int = 0
     _pool: ProcessPoolExecutor | None = None
@@ -74,9 +92,9 @@ class FitRuns:
         if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
 
-    def values(self, z: FloatArray) -> dict[str, str | float]:
+    def values(self, z: FloatArray) -> dict[str, Scalar]:
         """Return the values at some coordinates, as a protocol writes them."""
-        found: dict[str, str | float] = {}
+        found: dict[str, Scalar] = {}
         for one, place in zip(self.parameters, z, strict=True):
             value = one.value(float(place))
             found[one.name] = f"{value:.8g} {one.unit}" if one.unit else value
@@ -104,8 +122,7 @@ class FitRuns:
             if end == "abort":
                 raise KeyboardInterrupt
             self.done[label] = (self.folder / label if end else None), message
-            most = MOST_STEPS * (1 + len(self.parameters))
-            self.progress(min(len(self.done) / most, 1.0), f"run {len(self.done)}: {label}")
+            self.progress(min(len(self.done) / self.most, 1.0), f"run {len(self.done)}: {label}")
         return [self.done[label_of(self.values(place))][0] for place in places]
 
     def _is_done(self, label: str, values: Mapping[str, Data]) -> bool:

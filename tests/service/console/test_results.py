@@ -67,6 +67,7 @@ def test_a_measured_file_lies_over_the_test_in_both_themes(page: Page, service: 
     expect(section.get_by_role("row", name="NRMSE")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_the_report_of_a_job_is_saved(page: Page, service: str, done: str) -> None:
     page.goto(f"{service}/#/jobs/{done}")
     with page.expect_download() as saved:
