@@ -244,8 +244,15 @@ def test_every_example_is_tested() -> None:
     knits |= {f"fig5/{kind}_{n}.yaml" for kind in ("micro", "macro") for n in (2, 3, 6)}
     swept = {"fig3a/fig3a.yaml", "fig3d/fig3d_course.yaml", "fig3d/fig3d_wale.yaml"}
     swept |= {f"paper_fit/paper_fit_{axis}.yaml" for axis in ("course", "wale")}
-    proof = {"cell.yaml", "clamped_small.yaml", "filament.yaml", "preloaded_course.yaml", "yarn_small.yaml"}
+    proof = {
+        "cell.yaml",
+        "clamped_small.yaml",
+        "design/design_cell.yaml",
+        "filament.yaml",
+        "preloaded_course.yaml",
+        "yarn_small.yaml",
+    }
     fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
     proof |= {f"fabric/{name}.yaml" for name in fabrics}
-    protocols = {path for path in EXAMPLES.rglob("*.yaml") if path.parent.name not in {"materials", "measured"}}
+    protocols = {path for path in EXAMPLES.rglob("*.yaml") if "knitlab/protocol@1" in path.read_text(encoding="utf-8")}
     assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | proof

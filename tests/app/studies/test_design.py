@@ -134,17 +134,17 @@ def test_what_a_run_does_not_reach_is_none(tmp_path: Path) -> None:
 
 def test_a_knit_that_no_printer_can_make_is_refused_with_its_reason() -> None:
     printer = printer_of("j35")
-    assert refusal(load(EXAMPLE / "cell.yaml"), printer) == ""
-    thin = refusal(load(EXAMPLE / "cell.yaml", {"r": 0.01}), printer)
+    assert refusal(load(EXAMPLE / "design_cell.yaml"), printer) == ""
+    thin = refusal(load(EXAMPLE / "design_cell.yaml", {"r": 0.01}), printer)
     assert thin.startswith("fibre diameter of 0.16 mm, ")
-    assert refusal(load(EXAMPLE / "cell.yaml", {"r": 0.01}), None) == ""
-    assert "gap of" in refusal(load(EXAMPLE / "cell.yaml", {"r": 0.11}), printer)
-    assert refusal(load(EXAMPLE / "cell.yaml", {"r": 0.14}), printer) != ""
+    assert refusal(load(EXAMPLE / "design_cell.yaml", {"r": 0.01}), None) == ""
+    assert "gap of" in refusal(load(EXAMPLE / "design_cell.yaml", {"r": 0.11}), printer)
+    assert refusal(load(EXAMPLE / "design_cell.yaml", {"r": 0.14}), printer) != ""
     assert printer_of("none") is None
 
 
 def test_names_that_are_no_parameters_and_ranges_that_cannot_be_made_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "cell.yaml").write_text((EXAMPLE / "cell.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "cell.yaml").write_text((EXAMPLE / "design_cell.yaml").read_text(encoding="utf-8"), encoding="utf-8")
     with pytest.raises(SpecificationError, match="radius: found 'no parameter', allowed a name under params: loop, r"):
         design(written(tmp_path, FILE.replace("r: [", "radius: [")), tmp_path / "out")
     with pytest.raises(SpecificationError, match=r"no point that can be made: .*fibre diameter"):
