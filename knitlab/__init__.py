@@ -26,7 +26,7 @@ tests      check, run, resume, sweep; their results Plan, Run (a RunResult with 
 records    show gives the Run of a folder, open_run its RunReader; figures
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
            compare gives a Comparison, with an Alignment; calibrate gives a Calibration;
-           report writes a page
+           design gives a Design; report writes a page
 service    Client
 errors     KnitlabError and its children; RunStoppedError
 
@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from app.schemas.units import parse as parse_quantity
     from app.service.errors import ServiceError, UnreachableError
     from app.studies.calibration import Calibration, calibrate
+    from app.studies.design import Design, design
     from app.version import __version__
     from app.views.overlay import Comparison, compare
     from app.views.report.page import report
@@ -120,6 +121,7 @@ __all__ = [
     "Comparison",
     "ConvergenceError",
     "Cycle",
+    "Design",
     "Extensometer",
     "Filament",
     "FileMapping",
@@ -169,6 +171,7 @@ __all__ = [
     "calibrate",
     "check",
     "compare",
+    "design",
     "figures",
     "load",
     "loads",
@@ -195,6 +198,7 @@ _HOMES: Final = {
     "Comparison": "app.views.overlay:Comparison",
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
+    "Design": "app.studies.design:Design",
     "Extensometer": "rigs.protocol.protocol:Extensometer",
     "Filament": "knitlab_core.knits:Filament",
     "FileMapping": "rigs.readers.mapping:FileMapping",
@@ -244,6 +248,7 @@ _HOMES: Final = {
     "calibrate": "app.studies.calibration:calibrate",
     "check": "app.checks.dry_run:dry_run",
     "compare": "app.views.overlay:compare",
+    "design": "app.studies.design:design",
     "figures": "app.records.results:figures_of",
     "load": "app.schemas:load",
     "loads": "app.schemas:loads",
