@@ -30,7 +30,7 @@ def sweep(
     """Run every point of a protocol with `sweep:`, each into a folder named by its values, such as pre=0.1.
 
     Points that are done are skipped, those cut off are gone on with. One table and one plot sum them up; --plot draws
-    figures of the table over the parameter, or maps over two.
+    figures of the table over the parameter, maps over two, or main effects of up to eight.
     """
     from app.cli.tables import print_sweep, sweep_data  # noqa: PLC0415
     from app.runs.sweeps import run_sweep  # noqa: PLC0415

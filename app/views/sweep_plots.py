@@ -1,4 +1,4 @@
-"""Plots of figures over the points of a sweep: curves over one parameter, maps over two."""
+"""Plots of figures over the points of a sweep: curves over one parameter, maps over two, main effects of more."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ import numpy as np
 from app.views.curves import prefixed
 from app.views.lettering import write_plainly
 from app.views.plots import finish
+from app.views.sweep_effects import Factor, draw_effect, draw_scattered
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
+    import numpy.typing as npt
     from matplotlib.axes import Axes
 
     from app.records.results import Figure
@@ -28,6 +30,8 @@ Points: TypeAlias = "Sequence[tuple[Mapping[str, Scalar], Sequence[Figure]]]"
 #: Curves in one plot, or maps beside each other.
 MOST_CURVES = 8
 MOST_MAPS = 4
+#: Parameters whose main effects are drawn beside each other.
+MOST_PARAMETERS = 8
 MOST_NUMBERS = 100
 """Fields of a map that carry their number."""
 
@@ -75,7 +79,8 @@ class Table:
     label : str
         The same with the unit that suits its values.
     values : FloatArray, shape (n,) or (m, n)
-        In that unit; over one parameter, or the second by the first. nan where a point has no such figure.
+        In that unit; over one parameter, or the second by the first; point by point where these are on no grid. nan
+        where a point has no such figure.
     """
 
     name: str
@@ -89,11 +94,11 @@ def parameters_of(points: Points) -> list[Parameter]:
     Raises
     ------
     SpecificationError
-        If that is more than two parameters.
+        If that is none, or more than `MOST_PARAMETERS`.
     """
     names = list(points[0][0]) if points else []
-    if not 1 <= len(names) <= 2:
-        raise SpecificationError("--plot", f"a sweep of {len(names)} parameters", "a sweep of one or two")
+    if not 1 <= len(names) <= MOST_PARAMETERS:
+        raise SpecificationError("--plot", f"a sweep of {len(names)} parameters", f"one of 1 to {MOST_PARAMETERS}")
     return [_parameter(name, list(dict.fromkeys(values[name] for values, _ in points))) for name in names]
 
 
@@ -135,23 +140,24 @@ def _holds(parts: Sequence[str], name: str, word: str) -> bool:
 
 
 def tables_of(points: Points, words: str) -> tuple[list[Parameter], list[Table]]:
-    """Return the swept parameters, and each chosen figure over them.
+    """Return the swept parameters, and each chosen figure over them: on their grid, or point by point (n,) without one.
 
     Raises
     ------
     SpecificationError
-        If nothing matches the words, too much does, or more than two parameters are swept.
+        If nothing matches the words, too much does, or too many parameters are swept.
     """
     parameters = parameters_of(points)
+    grid = is_grid(points, parameters)
     found, most = matching(points, words), MOST_CURVES if len(parameters) == 1 else MOST_MAPS
     if len(found) > most:
         names = "; ".join(name for name, _ in found)
         raise SpecificationError("--plot", f"{words}, which is {len(found)} figures: {names}", f"at most {most}")
     tables = []
     for name, unit in found:
-        values = np.full(tuple(len(one.values) for one in parameters), np.nan)
-        for at, figures in points:
-            place = tuple(list(one.values).index(at[one.name]) for one in parameters)
+        values = np.full(tuple(len(one.values) for one in parameters) if grid else (len(points),), np.nan)
+        for number, (at, figures) in enumerate(points):
+            place = tuple(list(one.values).index(at[one.name]) for one in parameters) if grid else (number,)
             values[place] = next((value for other, value, _ in figures if other == name), np.nan)
         tables.append((name, unit, values))
     # Curves in one plot share one axis, and so one prefix.
@@ -165,6 +171,24 @@ def tables_of(points: Points, words: str) -> tuple[list[Parameter], list[Table]]
         shown = f"{letter}{unit}"
         made.append(Table(name=name, label=f"{name} [{shown}]", values=factor * values.T))
     return parameters, made
+
+
+def is_grid(points: Points, parameters: Sequence[Parameter]) -> bool:
+    """Return whether the points of one or two parameters are on a grid: at most half of its places are empty."""
+    places = 1
+    for one in parameters:
+        places *= len(one.values)
+    return len(parameters) == 1 or (len(parameters) == 2 and places <= 2 * len(points))
+
+
+def factor_of(parameter: Parameter, points: Points) -> Factor:
+    """Return the values of a parameter point by point."""
+    where = {value: float(at) for value, at in zip(parameter.values, parameter.at, strict=True)}
+    return Factor(
+        label=parameter.label,
+        at=np.array([where[values[parameter.name]] for values, _ in points]),
+        words=[str(value) for value in parameter.values] if parameter.words else [],
+    )
 
 
 def plot_figure(points: Points, words: str, folder: Path) -> Path:
@@ -185,13 +209,39 @@ def plot_figure(points: Points, words: str, folder: Path) -> Path:
         _curves(axes, parameters[0], tables)
         write_plainly([axes.xaxis.label, *axes.get_xticklabels()])
         return finish(page, [axes], path)
+    if len(parameters) > 2:
+        page = Page(figsize=(1.0 + 3.2 * len(parameters), 0.6 + 3.2 * len(tables)), layout="constrained")
+        grid = page.subplots(len(tables), len(parameters), squeeze=False, sharey="row", sharex="col")
+        _main_effects(grid, [factor_of(one, points) for one in parameters], tables)
+        return finish(page, _written_plainly(grid.flat), path)
     page = Page(figsize=(5.6 * len(tables), 4.6), layout="constrained")
     panels = page.subplots(1, len(tables), squeeze=False)[0]
+    first, second = parameters
     for panel, table in zip(panels, tables, strict=True):
-        _map(panel, parameters, table)
-    for panel in panels:
-        write_plainly([panel.xaxis.label, panel.yaxis.label, *panel.get_xticklabels(), *panel.get_yticklabels()])
+        if is_grid(points, parameters):
+            _map(panel, parameters, table)
+        else:
+            draw_scattered(panel, (factor_of(first, points), factor_of(second, points)), table.values, table.label)
+    _written_plainly(panels)
     return finish(page, [], path)
+
+
+def _written_plainly(panels: Iterable[Axes]) -> list[Axes]:
+    """Return panels, the texts of users on their axes drawn as written."""
+    found = list(panels)
+    for panel in found:
+        write_plainly([panel.xaxis.label, panel.yaxis.label, *panel.get_xticklabels(), *panel.get_yticklabels()])
+    return found
+
+
+def _main_effects(grid: npt.NDArray[np.object_], factors: Sequence[Factor], tables: Sequence[Table]) -> None:
+    """Draw the main effects: a row a figure, a column a parameter."""
+    for row, table in zip(grid, tables, strict=True):
+        for axes, factor in zip(row, factors, strict=True):
+            draw_effect(axes, factor, table.values)
+            axes.label_outer()
+        row[0].set_ylabel(table.label, fontsize=11)
+    grid[0, 0].legend(frameon=False, fontsize=9)
 
 
 def _curves(axes: Axes, parameter: Parameter, tables: Sequence[Table]) -> None:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -115,3 +120,39 @@ def test_modulus_friction_and_a_length_come_back_within_two_percent(tmp_path: Pa
     for name, truth in (("E", 0.9), ("mu", 0.3), ("r", 0.72)):
         assert found["parameters"][name]["estimate"] == pytest.approx(truth, rel=0.02)
     assert not found["not_identifiable"]
+
+
+@pytest.mark.slow
+def test_an_interrupted_calibration_in_two_processes_goes_on_to_the_same_values(tmp_path: Path) -> None:
+    hidden = written(tmp_path / "hidden.yaml", "20 %", "4 %", E="0.9 GPa", mu="0.25")
+    log = next(kl.run(hidden, tmp_path / "truth", draw=None).folder.glob("*.csv"))
+    guess = written(tmp_path / "guess.yaml", "20 %", "4 %", E="1.2 GPa")
+    words = (str(guess), str(log), "--axis", "C", "--fit", "E=0.5GPa:2GPa", "--fit", "mu=0.1:0.6", "--jobs", "2")
+    whole = calibrated(*words, "--out", str(tmp_path / "whole"))
+    out = tmp_path / "cut"
+    program = [
+        sys.executable,
+        "-c",
+        "from app.cli.main import main; main()",
+        "calibrate",
+        *words,
+        "--out",
+        str(out),
+        "--quiet",
+    ]
+    with subprocess.Popen(program, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:  # noqa: S603
+        for _ in range(1200):
+            if len(list(out.glob("runs/*/run.h5"))) >= 3 or process.poll() is not None:
+                break
+            time.sleep(0.1)
+        # As Ctrl-C in a terminal does: to the command and to its processes.
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=120)[1]
+    assert process.returncode == 130, said
+    assert said.splitlines()[-1].endswith(f"interrupted; the same command goes on with the runs in {out}")
+    begun = len(list(out.glob("runs/*/run.h5")))
+    assert 3 <= begun < whole["runs"]
+    again = calibrated(*words, "--out", str(out))
+    assert again["parameters"] == whole["parameters"]
+    assert again["runs"] == whole["runs"]
+    assert 1 <= again["reused"] <= begun

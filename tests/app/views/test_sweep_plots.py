@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from app.views.sweep_plots import matching, parameters_of, plot_figure, tables_of
+from app.views.sweep_effects import effect_of, levels_of
+from app.views.sweep_plots import factor_of, is_grid, matching, parameters_of, plot_figure, tables_of
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -91,9 +92,57 @@ def test_a_point_without_the_figure_leaves_a_gap(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_plotted_is_said() -> None:
-    three = [({"a": 1, "b": 2, "c": 3}, figures(1.0))]
-    with pytest.raises(SpecificationError, match="found 'a sweep of 3 parameters', allowed a sweep of one or two"):
-        tables_of(three, "secant")
+    nine = [({f"p{k}": 1 for k in range(9)}, figures(1.0))]
+    with pytest.raises(SpecificationError, match="found 'a sweep of 9 parameters', allowed one of 1 to 8"):
+        tables_of(nine, "secant")
     many = [({"mu": 1, "top": 2}, [(f"stress at {k}%, C", 1.0, "Pa") for k in range(5)])]
     with pytest.raises(SpecificationError, match="which is 5 figures: stress at 0%"):
         tables_of(many, "stress")
+
+
+def filling(count: int, seed: int = 2) -> Points:
+    """Return a design of three parameters: figures rise with the first, hardly with the second, not with the third."""
+    chance = np.random.default_rng(seed)
+    return [
+        (
+            {"a": f"{x:.4g} mm", "b": float(f"{y:.4g}"), "c": "hard" if z > 0.5 else "soft"},
+            figures(1e4 * (1 + 2 * x + 0.2 * y)),
+        )
+        for x, y, z in chance.random((count, 3))
+    ]
+
+
+def test_points_of_three_parameters_have_main_effects(tmp_path: Path) -> None:
+    points = filling(60)
+    parameters, (table, *_) = tables_of(points, "peak W")
+    assert table.values.shape == (60,)
+    shares = [effect_of(factor_of(one, points).at, table.values).share for one in parameters]
+    assert shares[0] > 0.9
+    assert max(shares[1:]) < 0.3
+    path = plot_figure(points, "peak_W", tmp_path)
+    assert path.name == "sweep_peak_W.png"
+    assert imread(path).shape[1] > 2 * imread(path).shape[0]
+
+
+def test_an_effect_is_the_mean_of_a_level_whatever_the_others_are() -> None:
+    at = np.array([0.0, 0.0, 1.0, 1.0, 2.0, 2.0])
+    found = effect_of(at, np.array([1.0, 3.0, 4.0, 6.0, 7.0, np.nan]))
+    assert found.at.tolist() == [0.0, 1.0, 2.0]
+    assert found.mean.tolist() == [2.0, 5.0, 7.0]
+    # Of a pair the standard error is half of what they are apart; of one point there is none.
+    assert found.error[:2].tolist() == pytest.approx([1.0, 1.0])
+    assert np.isnan(found.error[2])
+    # Between: 2 (2 - 4.2)² + 2 (5 - 4.2)² + (7 - 4.2)² of the whole 22.8.
+    assert found.share == pytest.approx((2 * 2.2**2 + 2 * 0.8**2 + 2.8**2) / 22.8)
+    # Many values are put into levels of equal counts.
+    assert np.bincount(levels_of(np.random.default_rng(0).random(50))).tolist() == [10] * 5
+    assert np.isnan(effect_of(at, np.ones(6)).share)
+
+
+def test_two_parameters_without_a_grid_are_points_in_a_plane(tmp_path: Path) -> None:
+    points: Points = [({"a": values["a"], "b": values["b"]}, found) for values, found in filling(20)]
+    parameters, (table,) = tables_of(points, "peak W")
+    assert not is_grid(points, parameters)
+    assert is_grid(two_parameters(), parameters_of(two_parameters()))
+    assert table.values.shape == (20,)
+    assert imread(plot_figure([*points, ({"a": "0.5 mm", "b": 0.5}, ())], "peak_W", tmp_path)).std() > 0.05
