@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.studies.surrogate import Goal, Prediction, Surrogate, candidates, ranked
+from app.studies.surrogate import Goal, Prediction, Surrogate, candidates, ranked, widening_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -106,11 +106,17 @@ def search(
     return trials
 
 
-def surrogate_of(trials: Sequence[Trial], encode: Encode, but: FloatArray | None = None) -> Surrogate:
-    """Return the surrogate through all tests that were carried out, but one at some coordinates."""
+def surrogate_of(
+    trials: Sequence[Trial], encode: Encode, but: FloatArray | None = None, *, widened: bool = False
+) -> Surrogate:
+    """Return the surrogate through all tests that were carried out, but one at some coordinates.
+
+    Its deviations are `widened` where an interval is to be told; proposals do without.
+    """
     used = [one for one in trials if one.features is not None and (but is None or not np.array_equal(one.z, but))]
-    z = np.stack([one.z for one in used]) if used else np.zeros((0, 1))
-    return Surrogate(encode(z), np.stack([one.features for one in used if one.features is not None] or [np.zeros(1)]))
+    z = encode(np.stack([one.z for one in used])) if used else np.zeros((0, 1))
+    features = np.stack([one.features for one in used if one.features is not None] or [np.zeros(1)])
+    return Surrogate(z, features, widening_of(z, features) if widened and used else None)
 
 
 def best_of(trials: Sequence[Trial]) -> Trial:

@@ -24,6 +24,9 @@ LEAST_POINTS: Final = 4
 DRAWS: Final = 128
 """Draws from the surrogate at a candidate, for the expected improvement."""
 
+MOST_LEFT_OUT: Final = 24
+"""Tests that are left out in turn, to see how sure a surrogate may be."""
+
 APART: Final = 0.01
 """Least distance of a candidate from every test, in the largest of the coordinates [1]."""
 
@@ -88,6 +91,8 @@ class Surrogate:
         Coordinates of the tests.
     features : FloatArray, shape (n, m)
         What they came to.
+    widening : FloatArray, shape (m,), optional
+        Factor of the deviations; that of `widening_of`, where an interval is to be told.
 
     Raises
     ------
@@ -95,12 +100,13 @@ class Surrogate:
         For fewer than `LEAST_POINTS` tests.
     """
 
-    def __init__(self, z: FloatArray, features: FloatArray) -> None:
+    def __init__(self, z: FloatArray, features: FloatArray, widening: FloatArray | None = None) -> None:
         if len(z) < LEAST_POINTS:
             raise SpecificationError("design", f"{len(z)} tests that can be used", f"{LEAST_POINTS} or more")
         self.logarithmic = bool((features > 0.0).all())
         values = np.log(features) if self.logarithmic else features
         self._processes = [_fitted(z, values[:, k]) for k in range(values.shape[1])]
+        self._widening = np.ones(features.shape[1]) if widening is None else widening
 
     def predict(self, z: FloatArray) -> Prediction:
         """Return the features expected at coordinates (n, d)."""
@@ -120,12 +126,44 @@ class Surrogate:
         normal = np.random.default_rng(seed).standard_normal((DRAWS, 1, mean.shape[1]))
         return self._back(mean + deviation * normal)
 
+    def residuals(self, z: FloatArray, features: FloatArray) -> FloatArray:
+        """Return how far features (n, m) at coordinates (n, d) are from what is expected, in its deviations."""
+        mean, deviation = self._normal(z)
+        # What is not above 0 is beyond anything that was expected in logarithms.
+        values = np.log(np.maximum(features, 1e-300)) if self.logarithmic else features
+        found: FloatArray = (values - mean) / deviation
+        return found
+
     def _normal(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return mean and deviation of the features at coordinates, in logarithms where they are taken so."""
         found = [process.predict(z, return_std=True) for process in self._processes]
-        return np.stack([mean for mean, _ in found], axis=1), np.stack([deviation for _, deviation in found], axis=1)
+        mean = np.stack([one for one, _ in found], axis=1)
+        return mean, self._widening * np.stack([deviation for _, deviation in found], axis=1)
 
     def _back(self, values: FloatArray) -> FloatArray:
         return np.exp(values) if self.logarithmic else values
+
+
+def widening_of(z: FloatArray, features: FloatArray) -> FloatArray:
+    """Return by what to widen the deviations of a surrogate (m,): 1, or more where it is surer than its tests bear out.
+
+    Of few tests the likelihood is often too sure. So each test is left out in turn, and what came of it compared with
+    what a surrogate through the others expects: the root mean square of those residuals, in deviations, is the factor.
+
+    Parameters
+    ----------
+    z, features : FloatArray, shape (n, d) and (n, m)
+        The tests; at most `MOST_LEFT_OUT` of them, the last ones, are left out.
+    """
+    count = len(z)
+    if count <= LEAST_POINTS:
+        return np.ones(features.shape[1])
+    squares = []
+    for k in range(max(0, count - MOST_LEFT_OUT), count):
+        others = np.arange(count) != k
+        squares.append(Surrogate(z[others], features[others]).residuals(z[k : k + 1], features[k : k + 1])[0] ** 2)
+    found: FloatArray = np.maximum(1.0, np.sqrt(np.mean(squares, axis=0)))
+    return found
 
 
 def _fitted(z: FloatArray, values: FloatArray) -> Any:  # noqa: ANN401 (scikit-learn ships no types)

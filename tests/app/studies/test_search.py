@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 from app.studies.search import best_of, search, surrogate_of
-from app.studies.surrogate import Goal, Surrogate, candidates, ranked
+from app.studies.surrogate import Goal, Surrogate, candidates, ranked, widening_of
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -43,6 +43,19 @@ def test_a_surrogate_goes_through_its_tests_and_knows_what_it_does_not_know() ->
     assert inside.mean() > 0.8
     assert (there.high / there.low).mean() > (at.high / at.low).mean()
     assert np.median(np.abs(there.mean / stiffness(new) - 1.0)) < 0.05
+
+
+def test_an_interval_is_widened_where_tests_left_out_ask_for_it() -> None:
+    z = np.stack(filled(9, 2))
+    # A kink between two plateaus, as where loops lock: of nine tests a smooth process is too sure.
+    rough = np.exp(np.where(z[:, :1] + 0.3 * z[:, 1:] > 0.6, 4.0, 0.0) + 0.5 * z[:, :1])
+    widening = widening_of(z, rough)
+    assert widening[0] > 1.3
+    at = np.array([[0.5, 0.5]])
+    plain, wide = Surrogate(z, rough).predict(at), Surrogate(z, rough, widening).predict(at)
+    assert wide.mean == pytest.approx(plain.mean)
+    assert np.log(wide.high / wide.low) == pytest.approx(widening * np.log(plain.high / plain.low))
+    assert widening_of(z[:4], rough[:4]).tolist() == [1.0]
 
 
 def test_values_of_both_signs_are_not_taken_in_logarithms() -> None:
