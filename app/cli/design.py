@@ -35,8 +35,8 @@ def design(
     knitted or printed is left out; exit code 6: the last knit is not printable. Runs are kept: the same command again
     goes on where it was. Needs the extra: pip install 'knitlab[design]'.
     """
-    from app.cli.tables import Bar  # noqa: PLC0415
     from app.studies.design import design as designed  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     try:
