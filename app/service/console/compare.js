@@ -12,7 +12,7 @@ const UNITS = { stress: "Pa", force: "N" };
 const LOOKS = { loading: [1.8], mean: [1.8], unloading: [1.2, [5, 4]], low: [0.8, [2, 2]], high: [0.8, [2, 2]], repeat: [0.5] };
 
 /** Return a field with its label. */
-const field = (label, input) => h("label", { class: "bar entry" }, label, input);
+const field = (label, input) => h("label", { class: "bar field" }, label, input);
 const text = (hint) => h("input", { type: "text", size: 7, maxlength: 32, placeholder: hint });
 
 export class Comparison {
@@ -28,7 +28,7 @@ export class Comparison {
     this.wrong.hidden = true;
     this.found = h("div", {});
     const form = h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); this.ask().catch(report); } },
-      field("File ", this.file), field("Axis ", this.axis), field("Cycle ", this.cycle),
+      field("File ", this.file), field("Axis ", this.axis), field("Which loading ", this.cycle),
       field("Gauge length ", this.said.gauge_length), field("Width ", this.said.width),
       field("Thickness ", this.said.thickness), field("Slack to ", this.said.slack),
       field("Force from its mean before the start ", this.offset), this.send);
@@ -101,7 +101,7 @@ export class Comparison {
       const strip = h("span", { class: "ramp" }, h("span", {}));
       strip.firstChild.style.height = "3px";
       strip.firstChild.style.background = `var(--${ink})`;
-      return h("span", { class: "bar entry" }, strip, name);
+      return h("span", { class: "bar field" }, strip, name);
     }));
   }
 
