@@ -17,6 +17,9 @@ from rigs.readers.headings import DIMENSIONS, Heading, Quantity, factor_to_si
 from rigs.readers.mapping import FileMapping
 
 SCHEMA: Final = "knitlab/measured@1"
+SHORTEST, LONGEST = 1e-9, 1e3
+"""Lengths of a specimen that are none by mistake [m]."""
+
 MOST_LOOKED_AT: Final = 4096
 """Bytes of a YAML file in which its schema is looked for."""
 
@@ -103,8 +106,8 @@ def with_lengths(known: FileMapping, gauge_length: str | None, width: str | None
         if text is None:
             return otherwise
         found = parse(text, "length", option)
-        if found <= 0.0:
-            raise SpecificationError(option, text, "a length above 0 m")
+        if not SHORTEST <= found <= LONGEST:
+            raise SpecificationError(option, text, "a length above 0 m: from 1 nm to 1 km")
         return found
 
     return replace(

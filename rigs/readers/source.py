@@ -103,10 +103,13 @@ def delimiter_of(text: str) -> str:
     >>> delimiter_of("Zeit;Kraft\n0,1;2,5\n"), delimiter_of("Time,Load\n0.1,2.5\n"), delimiter_of("a;b,1,2\n")
     (';', ',', ',')
     """
-    lines = [line for line in islice(io.StringIO(text), LOOKED_AT) if line.strip()]
+    lines = [line for line in islice(io.StringIO(text, newline=""), LOOKED_AT) if line.strip()]
 
     def fields(mark: str) -> tuple[int, int]:
-        numbers = sum(map(is_number, chain.from_iterable(csv.reader(lines, delimiter=mark))))
+        try:
+            numbers = sum(map(is_number, chain.from_iterable(csv.reader(lines, delimiter=mark))))
+        except csv.Error:  # a field without end: who reads the lines says where
+            numbers = 0
         return numbers, sum(mark in line for line in lines)
 
     return max(DELIMITERS, key=fields)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import random
 import re
 from typing import TYPE_CHECKING
 
@@ -217,3 +218,41 @@ def test_units_below_tell_what_unknown_words_mean(tmp_path: Path) -> None:
     (test,) = read_measured(written(tmp_path, "aika;venymä;kuorma;muuta\n(s);(mm);(kN);\n0;0;0;1\n1;2;3;4\n"))
     assert test.travel == pytest.approx([0.0, 2e-3])
     assert test.force == pytest.approx([0.0, 3e3])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_end_as_on_any_system(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(end.join(["Time [s],Load [N],Extension [mm]", "0,0,0", "1,0.5,1", "2,2,2", ""]).encode())
+    (found,) = read_measured(path)
+    assert found.force.tolist() == [0.0, 0.5, 2.0]
+
+
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path: Path) -> None:
+    chance = random.Random(5)  # noqa: S311 (not for secrets)
+    lines = [f"{k},{0.2 * k * k:.4f},{0.5 * k}" for k in (*range(12), *range(11, -1, -1))]
+    whole = "\n".join(["Time [s],Load [N],Extension [mm]", *lines]).encode()
+    path = tmp_path / "log.csv"
+    read, refusals = 0, []
+    for _ in range(300):
+        content = bytearray(whole)
+        for _ in range(chance.randint(1, 4)):
+            at = chance.randrange(len(content))
+            content[at : at + chance.choice([0, 1, 8])] = chance.choice(
+                [b"\r", b'"', b"nan", b"1e308", b"\x00", b"\xff", b";", b"\n", b"-", bytes(content[at : at + 60])]
+            )
+        path.write_bytes(content)
+        try:
+            read += bool(read_measured(path))
+        except FormatError as error:
+            refusals.append(str(error))
+    assert read > 0
+    assert read + len(refusals) == 300
+    assert not any("\n" in said for said in refusals)
+
+
+def test_a_column_of_too_many_repeats_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("repeat,Time [s],Load [N],Extension [mm]\n" + "".join(f"{k},0,0,0\n" for k in range(1001)))
+    with pytest.raises(FormatError, match=r"log.csv:2: expected at most 1000 repeats in a column of them, not 1001"):
+        read_measured(path)
