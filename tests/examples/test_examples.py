@@ -250,6 +250,7 @@ def test_every_example_is_tested() -> None:
         "design/design_cell.yaml",
         "filament.yaml",
         "preloaded_course.yaml",
+        "volumetric_cell.yaml",
         "yarn_small.yaml",
     }
     fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
