@@ -5,7 +5,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 TESTS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long check docs readers installed validate bench format console-parts clean
+.PHONY: help demo test test-long check docs readers installed scoreboard validate bench format console-parts clean
 
 help:  ## Show what can be made.
 	@sed -n 's/^\([a-z-]*\):.*##/  make \1 \t/p' $(firstword $(MAKEFILE_LIST))
@@ -36,6 +36,9 @@ installed: .venv/bin/python  ## Build the wheel, install it apart and use it out
 
 validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included.
 	$(BIN)/pytest tests/validation -m "" --quiet $(TESTS)
+
+scoreboard: .venv/installed  ## Score the claims of the paper in quick mode, some minutes.
+	$(BIN)/knitlab scoreboard --quick --jobs 2
 
 bench: .venv/installed-dev  ## Time the main job.
 	$(BIN)/python -m benchmarks

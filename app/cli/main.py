@@ -23,6 +23,7 @@ from app.cli.printing import PRINT_HELP, print_
 from app.cli.remote import remote
 from app.cli.report import REPORT_HELP, report
 from app.cli.run import resume, run
+from app.cli.scoreboard import SCOREBOARD_HELP, scoreboard
 from app.cli.sem import EXAMPLE, SHORT, images
 from app.cli.serve import service
 from app.cli.studies import master_curve
@@ -212,6 +213,7 @@ knitlab.command(
     short_help="Ask whether knits of any design have one curve.",
     epilog="\b\nExample:\n  knitlab master-curve --points 32 --jobs 2",
 )(master_curve)
+knitlab.command(short_help="Score the claims of the paper from virtual tests.", epilog=SCOREBOARD_HELP)(scoreboard)
 knitlab.command(short_help="Write a run's log as an instrument would.", epilog=EXPORT_HELP)(export)
 
 

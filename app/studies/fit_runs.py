@@ -117,7 +117,7 @@ class FitRuns:
                 self.done[label] = self.folder / label, ""
                 del todo[label]
         tasks = [(self.protocol, self.folder / label, {**self.chosen, **values}) for label, values in todo.items()]
-        ends = map(_run_one, tasks) if self._pool is None else self._pool.map(_run_one, tasks)
+        ends = map(run_one, tasks) if self._pool is None else self._pool.map(run_one, tasks)
         for label, (end, message) in zip(todo, ends, strict=True):
             if end == "abort":
                 raise KeyboardInterrupt
@@ -132,7 +132,7 @@ class FitRuns:
         return is_done(self.folder / label, load(self.protocol, {**self.chosen, **values}))
 
 
-def _run_one(task: tuple[Path, Path, Mapping[str, Data]]) -> tuple[str, str]:
+def run_one(task: tuple[Path, Path, Mapping[str, Data]]) -> tuple[str, str]:
     """Run one point in its folder or resume it; return its end and message, no end where it cannot be run."""
     protocol, folder, values = task
     try:

@@ -58,7 +58,7 @@ def fits_table(tests: Sequence[Measurement], choices: Choices) -> Table:
     rows: list[Mapping[str, Cell]] = []
     for test in tests:
         for cycle, strain, stress in loading_branches(test):
-            first, last = choices.fit or _from_toe(strain, stress)
+            first, last = choices.fit or from_toe(strain, stress)
             fit, shape = (
                 exponential_fit(strain, stress, first, last),
                 exponential_or_kinked(strain, stress, first, last),
@@ -91,7 +91,7 @@ def fits_table(tests: Sequence[Measurement], choices: Choices) -> Table:
     return table_of("fits", rows, units, "name", "axis", "cycle", "points")
 
 
-def _from_toe(strain: FloatArray, stress: FloatArray) -> Window:
+def from_toe(strain: FloatArray, stress: FloatArray) -> Window:
     """Return the window from `TOE` of the largest stress to that."""
     top = int(np.argmax(stress))
     low = np.flatnonzero(stress[: top + 1] < TOE * stress[top])

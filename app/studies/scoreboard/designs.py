@@ -1,0 +1,209 @@
+"""Scores of the rows about many designs: exponents, the paper's ξ, materials, cotton (Fig. 3c)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.studies.scoreboard.analysed import UnscorableError
+from app.studies.scoreboard.plan import CHANGED, MATERIALS, design_names
+from app.studies.scoreboard.verdict import Score, judged
+from rigs.analysis.master_curve import Design, bending_factor, paper_factor
+from rigs.analysis.regression import LineFit, fit_line
+from rigs.analysis.scaling import ScalingTest, log_stresses, scaling_test
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from app.studies.scoreboard.analysed import Analysed
+    from rigs.axes import Axis, FloatArray
+
+AT: Final = 0.3
+"""Strain at which exponents are fitted [1]."""
+
+BETWEEN: Final = (0.2, 0.4)
+"""Strains between which curves are compared [1]."""
+
+BETWEEN_LOCKS: Final = (0.5, 0.65)
+"""The same in locking strains [1]."""
+
+PAPER: Final[Mapping[str, float]] = {"d": -3.0, "a": -2.0, "n": 2.0, "r": 4.0}
+"""Exponents of stress that the paper's ξ stands for: stress is proportional to 1 / ξ."""
+
+PLANAR: Final[tuple[Axis, ...]] = ("C", "W")
+
+
+def designs_of(runs: Mapping[str, Analysed], names: Sequence[str], axes: Sequence[Axis] = PLANAR) -> list[Design]:
+    """Return the loadings of tests along axes, each with the numbers of its specimen, those that were run alone."""
+    found = []
+    for name in names:
+        if name not in runs:
+            continue
+        run = runs[name]
+        values = {**run.facts, "E": run.facts["young_modulus"], "t": run.facts["thickness"]}
+        for axis in axes:
+            strain, stress = run.loading(axis)
+            found.append(Design(name=name, axis=axis, values=values, strain=strain, stress=stress))
+    return found
+
+
+def exponents(runs: Mapping[str, Analysed], changed: Sequence[str]) -> dict[str, LineFit]:
+    """Return the exponent of stress at `AT` by each number that was changed while others stayed, along each axis."""
+    found = {}
+    for number in changed:
+        names = ["fig3c", *(f"fig3c {number}={value:g}" for value in CHANGED[number])]
+        for axis in PLANAR:
+            designs = designs_of(runs, names, (axis,))
+            found[f"{number} {axis}"] = exponent_of(designs, number)
+    return found
+
+
+def exponent_of(designs: Sequence[Design], number: str) -> LineFit:
+    """Fit ln(stress) at `AT` by the logarithm of a number; the slope is the exponent, with its 95 % interval."""
+    stresses = np.array([float(one.stress_at(AT)) for one in designs])
+    values = np.array([one.values[number] for one in designs])
+    good = np.isfinite(stresses)
+    return fit_line(np.log(values[good]), np.log(stresses[good]))
+
+
+def _said(fit: LineFit) -> str:
+    return f"{fit.slope:.1f} ± {0.5 * (fit.high - fit.low):.1f}"
+
+
+def stiffness(runs: Mapping[str, Analysed]) -> Score:
+    """Score the signs of the exponents of d, a, n and r: as the paper's along both axes, 95 % intervals without 0.
+
+    The number of fibres n is changed at one section of the yarn, as the paper did; the exponent at one fibre radius is
+    that plus half of the exponent of r.
+    """
+    fits = exponents(runs, list(PAPER))
+    ours = "; ".join(f"{number} {_said(fits[f'{number} C'])} (C), {_said(fits[f'{number} W'])} (W)" for number in PAPER)
+    values = {name: fit.slope for name, fit in fits.items()}
+    wrong = [
+        name for name, fit in fits.items() if not (fit.low > 0.0 if PAPER[name.split()[0]] > 0.0 else fit.high < 0.0)
+    ]
+    why = f"no such sign beyond its interval: {', '.join(wrong)}"
+    return judged(not wrong, f"exponents at {AT:.0%} of strain: {ours}", values, why)
+
+
+def lengths(runs: Mapping[str, Analysed]) -> Score:
+    """Score the exponents of l and h, w - h held: 0.5 at most along both axes."""
+    fits = exponents(runs, ("l", "h"))
+    values = {name: fit.slope for name, fit in fits.items()}
+    ours = "; ".join(f"{number} {_said(fits[f'{number} C'])} (C), {_said(fits[f'{number} W'])} (W)" for number in "lh")
+    why = (
+        "with d, r and the other lengths held a wider or taller loop has other proportions; that all lengths together "
+        "drop out is a matter of dimensions, that one does is not"
+    )
+    return judged(all(abs(value) <= 0.5 for value in values.values()), ours, values, why)
+
+
+def collapses(runs: Mapping[str, Analysed]) -> dict[str, ScalingTest]:
+    """Return the test of each scaling on all designs along both axes: the paper's, stress over E, bending."""
+    designs = designs_of(runs, design_names())
+    factors: dict[str, Callable[[Mapping[str, float], Axis], float]] = {
+        "xi": paper_factor,
+        "1/E": lambda values, _: 1.0 / values["E"],
+        "bending": bending_factor,
+    }
+    found = {
+        name: scaling_test(designs, [factor(one.values, one.axis) for one in designs], BETWEEN)
+        for name, factor in factors.items()
+    }
+    scaled = [_over_lock(one) for one in designs]
+    bending = [bending_factor(one.values, one.axis) for one in designs]
+    return {**found, "bending over locking": scaling_test(scaled, bending, BETWEEN_LOCKS)}
+
+
+def _over_lock(design: Design) -> Design:
+    """Return a design with its strain over its locking strain."""
+    strain = design.strain / design.values["locking_strain"]
+    return Design(name=design.name, axis=design.axis, values=design.values, strain=strain, stress=design.stress)
+
+
+def master_curve(runs: Mapping[str, Analysed]) -> Score:
+    """Score the spread of ln(ξ σ) between designs: at most half of that of ln(σ), at 20 to 40 % of strain."""
+    found = collapses(runs)
+    xi, stiff, bending = found["xi"], found["1/E"], found["bending over locking"]
+    values = {
+        "spread before": xi.before,
+        "spread after": xi.after,
+        "R2": xi.r_squared,
+        "left out": xi.left_out,
+        "p": xi.p_value,
+    }
+    ours = (
+        f"spread of ln σ {xi.before:.2f}, of ln ξσ {xi.after:.2f} (R² {xi.r_squared:.2f}, a design left out is missed "
+        f"by {xi.left_out:.2f}, p {xi.p_value:.2g}), of ln σ/E {stiff.after:.2f}; over ε/ε_lock ln σ "
+        f"{bending.before:.2f}, ln Σ {bending.after:.2f}; {xi.curves} curves"
+    )
+    why = (
+        f"ξ divides by E², r⁴ and multiplies by d³ where our exponents are those of rows 8 and 11; "
+        f"the same curves are {xi.after / xi.before:.2f} times as far apart under it"
+    )
+    return judged(xi.after <= 0.5 * xi.before, ours, values, why)
+
+
+def materials(runs: Mapping[str, Analysed]) -> Score:
+    """Score the exponent of Young's modulus between the two resins: 2 within 25 % along both axes."""
+    values: dict[str, float] = {}
+    for axis in PLANAR:
+        soft, stiff = (designs_of(runs, [f"fig3c {material}"], (axis,)) for material in MATERIALS)
+        if not soft or not stiff:
+            raise UnscorableError("one of the two materials was not run")
+        ratio = float(stiff[0].stress_at(AT)) / float(soft[0].stress_at(AT))
+        values[axis] = float(np.log(ratio) / np.log(stiff[0].values["E"] / soft[0].values["E"]))
+    ours = f"σ ∝ E^{values['C']:.2f} (C), E^{values['W']:.2f} (W) at {AT:.0%}, 0.82 and 2.0 GPa"
+    why = (
+        "geometry alone leaves stress proportional to the modulus (exponent 1 for linear elastic rods), relaxation and "
+        "yield bend it a little; an exponent of 2 needs another difference of the two prints"
+    )
+    return judged(all(abs(value - 2.0) <= 0.5 for value in values.values()), ours, values, why)
+
+
+def cotton(runs: Mapping[str, Analysed]) -> Score:
+    """Score ln(ξ σ) of cotton against the printed designs: within their range, or ln 2 of it, where all have a stress.
+
+    Compared are rms distances from the mean printed curve, axis by axis, and the largest distance of a printed one.
+    """
+    if "cotton" not in runs:
+        raise UnscorableError("cotton was not run")
+    values: dict[str, float] = {}
+    for axis in PLANAR:
+        printed = _normalised(designs_of(runs, design_names(), (axis,)), axis)
+        spun = _normalised(designs_of(runs, ["cotton"], (axis,)), axis)[0]
+        mean = printed.mean(axis=0)
+        both = np.isfinite(mean) & np.isfinite(spun)
+        if not both.any():
+            raise UnscorableError(f"cotton and prints have no strain in common along {axis}")
+        values[f"cotton {axis}"] = float(np.sqrt(np.mean((spun - mean)[both] ** 2)))
+        values[f"signed {axis}"] = float(np.mean((spun - mean)[both]))
+        values[f"prints {axis}"] = float(np.sqrt(np.mean((printed - mean)[:, both] ** 2, axis=1)).max())
+    ours = "; ".join(
+        f"{axis}: cotton is {np.exp(abs(values[f'signed {axis}'])):.1f} times "
+        f"{'above' if values[f'signed {axis}'] > 0.0 else 'below'} the mean print, the farthest print "
+        f"{np.exp(values[f'prints {axis}']):.1f} times off"
+        for axis in PLANAR
+    )
+    good = all(values[f"cotton {axis}"] <= max(values[f"prints {axis}"], np.log(2.0)) for axis in PLANAR)
+    fact = runs["cotton"].facts
+    why = (
+        f"yarn that is straight at rest is bent into its loops and pulls from the beginning, by "
+        f"{_force_at_rest(runs['cotton'])}; its E of {fact['young_modulus'] / 1e9:g} GPa is assumed"
+    )
+    return judged(good, ours, values, why)
+
+
+def _normalised(designs: Sequence[Design], axis: Axis) -> FloatArray:
+    """Return ln(ξ σ) of designs at `BETWEEN`, (n, strains)."""
+    if not designs:
+        raise UnscorableError("no design was run")
+    factors = np.array([paper_factor(one.values, axis) for one in designs])
+    found: FloatArray = log_stresses(designs, BETWEEN) + np.log(factors)[:, None]
+    return found
+
+
+def _force_at_rest(cotton: Analysed) -> str:
+    at_rest = {axis: float(cotton.loading(axis)[1][0]) for axis in PLANAR}
+    return ", ".join(f"{value / 1e3:.1f} kPa along {axis} as mounted" for axis, value in at_rest.items())
