@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.checks.specimen_facts import facts_of
 from app.records.analysis import analyse_run, hooks_of
 from app.records.measurements import cycled, measurements_of, zeroings_of
-from knitlab_core.knits import Stitch, yarn_per_loop
+from knitlab_core.knits import Stitch, clasp_counts, locking_strain, yarn_per_loop
 from rigs.analysis.curve_tables import loading_branches
 from rigs.analysis.figures import figures_by_cycle
 from rigs.protocol.made_specimen import make_specimen
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from app.records.reader import RunReader
     from rigs.analysis.cycles import CycleFigures
     from rigs.analysis.table import Table
-    from rigs.axes import FloatArray
+    from rigs.axes import Axis, FloatArray
     from rigs.measurement import Measurement
     from rigs.protocol.protocol import Protocol
 
@@ -46,6 +45,8 @@ class Analysed:
         Its cycles, or the whole test, along each driven axis.
     tables : callable
         Returns a table by its name: those of `knitlab analyse --table`.
+    hooks : callable
+        Returns how many hooks are on a side of each axis.
     facts : Mapping
         Numbers of its protocol, specimen and log, in SI units.
     end, message : str
@@ -55,6 +56,7 @@ class Analysed:
     name: str
     curves: Mapping[str, Measurement] = field(default_factory=dict)
     tables: Callable[[str], Table] = _no_table
+    hooks: Callable[[], Mapping[Axis, int]] = dict
     facts: Mapping[str, float] = field(default_factory=dict)
     end: str = "target"
     message: str = ""
@@ -100,6 +102,7 @@ def analysed(name: str, run: RunReader) -> Analysed:
         name=name,
         curves={**whole, **{part.axis: part for part in parts}},
         tables=lambda table: analyse_run(run, table),
+        hooks=lambda: hooks_of(run),
         facts=dict(_facts(run)),
         end=run.outcome.end,
         message=run.outcome.message,
@@ -107,7 +110,7 @@ def analysed(name: str, run: RunReader) -> Analysed:
 
 
 def _facts(run: RunReader) -> Iterator[tuple[str, float]]:
-    """Yield the numbers of a run: material, stitch, hooks, and speeds by its log."""
+    """Yield the numbers of a run: material, stitch, and speeds by its log."""
     yield from _of_specimen(run.test)
     material = run.test.specimen.substance
     modulus = getattr(material, "young_modulus", None)
@@ -117,8 +120,6 @@ def _facts(run: RunReader) -> Iterator[tuple[str, float]]:
     rubs = run.provenance.get("rig.pole.friction")
     if rubs is not None:
         yield "pole_friction", float(rubs)
-    for axis, count in hooks_of(run).items():
-        yield f"hooks {axis}", float(count)
     yield from _speeds(run)
 
 
@@ -135,9 +136,8 @@ def _of_specimen(protocol: Protocol) -> Iterator[tuple[str, float]]:
     for name, value in (("h", stitch.height), ("d", stitch.depth), ("w", stitch.row_spacing), ("r", radius)):
         yield name, value * spec.loop_width
     yield "L", yarn_per_loop(stitch) * spec.loop_width
-    locking = facts_of(protocol).locking_strain
-    if locking is not None:
-        yield "locking_strain", locking
+    thick = stitch.fibre_radius if spec.yarn is None else spec.yarn.contact_radius
+    yield "locking_strain", locking_strain(stitch, yarn_per_loop(stitch), thick)
 
 
 def _speeds(run: RunReader) -> Iterator[tuple[str, float]]:
@@ -159,12 +159,12 @@ def _speeds(run: RunReader) -> Iterator[tuple[str, float]]:
 
 def printed(name: str, protocol: Protocol) -> Analysed:
     """Return a specimen as it is printed, which rows about its shape alone are scored by."""
-    specimen, known = make_specimen(protocol.specimen), facts_of(protocol)
+    specimen = make_specimen(protocol.specimen)
     facts = {
         **dict(_of_specimen(protocol)),
         "strands": float(len(specimen.strands)),
-        "clearance": known.clearance,
-        "fibre_radius": known.fibre_radius,
-        **{f"clasps {joined}": float(count) for joined, count in known.clasps.items()},
+        "clearance": specimen.clearance,
+        "fibre_radius": specimen.radius,
+        **{f"clasps {joined}": float(count) for joined, count in clasp_counts(specimen).items()},
     }
     return Analysed(name=name, facts=facts)

@@ -102,7 +102,7 @@ def make_board(
     loaded = loaded_tests(protocols, tests)
     folders = {name: folder_of(out, name, one) for name, one in loaded.items()}
     out.mkdir(parents=True, exist_ok=True)
-    simulated = [test for test in tests if test.simulated]
+    simulated = {test: loaded[test.name] for test in tests if test.simulated}
     failed = run_tests(protocols, simulated, folders, progress, jobs) if run else {}
     progress(1.0, "scoring")
     runs = _read(tests, loaded, folders, failed)

@@ -19,12 +19,12 @@ def constants(runs: Mapping[str, Analysed]) -> Score:
     Hooks: two on each boundary loop of the upper and lower edge, and two on each turn of the yarn at the sides, which
     joins two rows.
     """
-    planar, micro = runs["fig3a"].facts, runs["fig5 micro"].facts
+    planar, micro, hooks = runs["fig3a"].facts, runs["fig5 micro"].facts, runs["fig3a"].hooks()
     found = {
         "speed of the stage [mm/s]": (1e3 * planar["speed C"], 0.2),
         "strain rate of the gripper [1/s]": (micro["speed P"] / micro["height"], 1e-3),
-        "hooks per boundary loop of the wale": (planar["hooks W"] / planar["loops"], 2.0),
-        "hooks per turn at the sides": (2.0 * planar["hooks C"] / planar["rows"], 2.0),
+        "hooks per boundary loop of the wale": (hooks["W"] / planar["loops"], 2.0),
+        "hooks per turn at the sides": (2.0 * hooks["C"] / planar["rows"], 2.0),
         "E of RGD8530-DM [GPa]": (runs["fig3c RGD8530-DM"].facts["young_modulus"] / 1e9, 0.82),
         "E of VeroUltraWhite [GPa]": (runs["fig3c VeroUltraWhite"].facts["young_modulus"] / 1e9, 2.0),
         "E of IP-Dip [GPa]": (micro["young_modulus"] / 1e9, 3.0),

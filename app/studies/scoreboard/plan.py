@@ -36,7 +36,7 @@ POLE: Final = 0.1
 """Friction of hooks on their poles in the test that has some [1]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Test:
     """One test.
 

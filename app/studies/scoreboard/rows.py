@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from app.studies.scoreboard.analysed import Analysed
 
 
+MOST_NAMED: Final = 3
+"""Tests that are named where they are missing."""
+
+
 class Claim(NamedTuple):
     """What the paper says: in words, where, and its number."""
 
@@ -67,15 +71,21 @@ class Row:
         """
         missing = [name for name in self.tests if not name.endswith("*") and name not in runs]
         if missing:
-            words = [f"{name}: {failed.get(name, 'not run')}" for name in missing]
-            return Score(verdict="not scorable", ours="–", why="; ".join(words))
+            return Score(verdict="not scorable", ours="–", why=_said(missing, failed))
         try:
             return self.score({name: run for name, run in runs.items() if self.needs(name)})
         except UnscorableError as error:
             return Score(verdict="not scorable", ours="–", why=str(error))
         except KeyError as error:
-            name = str(error.args[0])
-            return Score(verdict="not scorable", ours="–", why=f"{name}: {failed.get(name, 'not run')}")
+            return Score(verdict="not scorable", ours="–", why=_said([str(error.args[0])], failed))
+
+
+def _said(missing: Sequence[str], failed: Mapping[str, str]) -> str:
+    """Return which tests there are not, and why."""
+    known = [f"{name}: {failed[name]}" for name in missing if name in failed]
+    others = [name for name in missing if name not in failed]
+    few = ", ".join(others[:MOST_NAMED]) + (f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else "")
+    return "; ".join([*known, *([f"not run: {few}"] if others else [])])
 
 
 def _changed(*numbers: str) -> tuple[str, ...]:

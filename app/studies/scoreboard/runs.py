@@ -9,7 +9,6 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 from app.file_names import file_stem
-from app.records.folder import RECORD
 from app.runs.sweeps import is_done
 from app.schemas import load, to_data
 from app.studies.fit_runs import run_one
@@ -48,9 +47,22 @@ def folder_of(out: Path, name: str, loaded: Loaded) -> Path:
 
 
 def run_tests(
-    protocols: Path, tests: Sequence[Test], folders: Mapping[str, Path], progress: Progress, jobs: int
+    protocols: Path, tests: Mapping[Test, Loaded], folders: Mapping[str, Path], progress: Progress, jobs: int
 ) -> dict[str, str]:
     """Run the tests that are not done, the longest first, and return what could not be run, and why.
+
+    Parameters
+    ----------
+    protocols : Path
+        Folder of the protocols.
+    tests : Mapping
+        The tests with their protocols.
+    folders : Mapping
+        Folder of each test by its name.
+    progress : callable
+        Told the share done [1] and what is being done.
+    jobs : int
+        Processes that run at once.
 
     Raises
     ------
@@ -62,8 +74,7 @@ def run_tests(
     if not 1 <= jobs <= MOST_JOBS:
         raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
     every = sum(test.weight for test in tests)
-    loaded = loaded_tests(protocols, tests)
-    todo = [test for test in tests if not is_done(folders[test.name], loaded[test.name])]
+    todo = [test for test, loaded in tests.items() if not is_done(folders[test.name], loaded)]
     todo.sort(key=lambda test: -test.weight)
     done = every - sum(test.weight for test in todo)
     progress(done / every if every else 1.0, f"{len(tests) - len(todo)} of {len(tests)} tests done before")
@@ -108,8 +119,3 @@ def command_of(protocols: Path, test: Test) -> str:
 
 def _quoted(value: object) -> str:
     return f'"{value}"' if " " in str(value) else str(value)
-
-
-def has_record(folder: Path) -> bool:
-    """Return whether a folder holds a record."""
-    return (folder / RECORD).exists()
