@@ -64,8 +64,9 @@ def svg_of(figure: Drawn) -> str:
 
     # Ids of clip paths must differ from figure to figure, and be the same in every run.
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": figure.name, "font.family": "sans-serif"}):
-        page = Figure(figsize=(5.6 * len(figure.panels), 4.2), layout="constrained")
-        for axes, panel in zip(page.subplots(1, len(figure.panels), squeeze=False)[0], figure.panels, strict=True):
+        count = len(figure.panels)
+        page = Figure(figsize=(5.6, 4.2 if count == 1 else 3.4 * count), layout="constrained")
+        for axes, panel in zip(page.subplots(count, 1, squeeze=False)[:, 0], figure.panels, strict=True):
             _draw(axes, panel)
         text = io.StringIO()
         page.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Title": f"Fig. {figure.name}"})
@@ -75,10 +76,13 @@ def svg_of(figure: Drawn) -> str:
 
 def _draw(axes: Axes, panel: Panel) -> None:
     if panel.bars:
+        from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+
         counts = axes.twinx()
         for low, high, count in panel.bars:
             counts.bar(0.5 * (low + high), count, width=high - low, color="#bbbbbb", zorder=0)
         counts.set_ylabel("fused points broken")
+        counts.yaxis.set_major_locator(MaxNLocator(integer=True))
         counts.spines["top"].set_visible(False)
         axes.set_zorder(counts.get_zorder() + 1)
         axes.patch.set_visible(False)

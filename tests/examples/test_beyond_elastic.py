@@ -209,7 +209,7 @@ PAPER = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("way", "pre"), PAPER)
 def test_paper_fit_has_the_papers_secants_and_is_stiffer_at_first(way: str, pre: float) -> None:
-    protocol = load(EXAMPLES / "paper_fit" / f"paper_fit_{way}.yaml", {"pre": pre}).one_test().protocol
+    protocol = load(EXAMPLES / "paper" / f"fig3d_{way}.yaml", {"pre": pre}).one_test().protocol
     ran = carry_out(protocol, nodes_per_loop=32)
     axis: Axis = "C" if way == "course" else "W"
     cycles = [row for row, tag in enumerate(ran.trace.tag) if tag == "orthogonal"]

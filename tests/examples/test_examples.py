@@ -14,6 +14,7 @@ from app.records.reader import RunReader
 from app.records.results import energy_balance_error
 from app.runs.use_cases import RunResult, run_protocol
 from app.schemas import from_yaml, to_yaml
+from app.studies.scoreboard.plan import FULL, all_tests
 from app.views.drawing import draw_here
 from rigs.analysis.branches import branch
 from rigs.analysis.stress_strain import stress_strain
@@ -243,7 +244,7 @@ def test_every_example_is_tested() -> None:
     knits |= {f"fig4d/fig4d_{pre}_{n}.yaml" for pre in ("00", "10", "20") for n in (3, 4, 6)}
     knits |= {f"fig5/{kind}_{n}.yaml" for kind in ("micro", "macro") for n in (2, 3, 6)}
     swept = {"fig3a/fig3a.yaml", "fig3d/fig3d_course.yaml", "fig3d/fig3d_wale.yaml"}
-    swept |= {f"paper_fit/paper_fit_{axis}.yaml" for axis in ("course", "wale")}
+    scored = {f"paper/{test.protocol}" for test in all_tests(FULL).values()}
     proof = {
         "cell.yaml",
         "clamped_small.yaml",
@@ -256,4 +257,4 @@ def test_every_example_is_tested() -> None:
     fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
     proof |= {f"fabric/{name}.yaml" for name in fabrics}
     protocols = {path for path in EXAMPLES.rglob("*.yaml") if "knitlab/protocol@1" in path.read_text(encoding="utf-8")}
-    assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | proof
+    assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | scored | proof

@@ -10,7 +10,7 @@ from app.records.folder import RECORD
 from app.records.reader import RunReader
 from app.runs.use_cases import has_ended
 from app.studies.scoreboard.analysed import analysed, printed
-from app.studies.scoreboard.plan import FOLDER, FULL, QUICK, tests_of
+from app.studies.scoreboard.plan import FOLDER, FULL, QUICK, all_tests
 from app.studies.scoreboard.rows import ROWS
 from app.studies.scoreboard.runs import command_of, folder_of, loaded_tests, run_tests
 from knitlab_core.errors import KnitlabError, SpecificationError
@@ -98,7 +98,7 @@ def make_board(
         For a row that there is not, or a protocol that is wrong.
     """
     rows = _wanted(numbers)
-    tests = [test for test in tests_of(QUICK if quick else FULL).values() if any(row.needs(test.name) for row in rows)]
+    tests = [test for test in all_tests(QUICK if quick else FULL).values() if any(row.needs(test.name) for row in rows)]
     loaded = loaded_tests(protocols, tests)
     folders = {name: folder_of(out, name, one) for name, one in loaded.items()}
     out.mkdir(parents=True, exist_ok=True)

@@ -216,7 +216,7 @@ def cotton(runs: Mapping[str, Analysed]) -> Score:
     good = all(values[f"cotton {axis}"] <= max(values[f"prints {axis}"], np.log(2.0)) for axis in PLANAR)
     fact = runs["cotton"].facts
     why = (
-        f"yarn that is straight at rest is bent into its loops and pulls from the beginning, by "
+        f"yarn that is straight at rest is bent into its loops and loads its hooks from the beginning, "
         f"{_force_at_rest(runs['cotton'])}; its E of {fact['young_modulus'] / 1e9:g} GPa is assumed"
     )
     return judged(good, ours, values, why)

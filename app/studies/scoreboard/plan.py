@@ -120,7 +120,7 @@ QUICK: Final = Sizes(
 )
 
 
-def tests_of(sizes: Sizes) -> dict[str, Test]:
+def all_tests(sizes: Sizes) -> dict[str, Test]:
     """Return the tests by their names."""
     found = (*_planar(sizes), *_designs(sizes), *_volumetric(sizes), *_topologies())
     return {test.name: test for test in found}

@@ -37,7 +37,7 @@ class Score:
     values: Mapping[str, float] = field(default_factory=dict)
 
 
-def judged(reproduced: bool, ours: str, values: Mapping[str, float], why: str = "") -> Score:  # noqa: FBT001 (what it is)
+def judged(reproduced: bool, ours: str, values: Mapping[str, float], why: str = "") -> Score:  # noqa: FBT001 (its subject)
     """Return the score of figures that do or do not meet a criterion; figures that are not finite have no verdict.
 
     Reasons are those of a difference, and left out where there is none.
