@@ -103,11 +103,23 @@ def lengths(runs: Mapping[str, Analysed]) -> Score:
     fits = exponents(runs, ("l", "h"))
     values = {name: fit.slope for name, fit in fits.items()}
     ours = "; ".join(f"{number} {_said(fits[f'{number} C'])} (C), {_said(fits[f'{number} W'])} (W)" for number in "lh")
+    bent = {number: _by_bending(runs, number) for number in "lh"}
     why = (
-        "with d, r and the other lengths held a wider or taller loop has other proportions; that all lengths together "
-        "drop out is a matter of dimensions, that one does is not"
+        "a larger loop of the same yarn bends more easily: a stress that keeps Σ = σ t L l w/(E I) would go with the "
+        f"exponents l {bent['l'][0]:.1f}, h {bent['h'][0]:.1f}; it has hardly another slack, for the estimated locking "
+        f"strain changes by {100 * bent['l'][1]:.1f} % (l), {100 * bent['h'][1]:.1f} % (h)"
     )
     return judged(all(abs(value) <= 0.5 for value in values.values()), ours, values, why)
+
+
+def _by_bending(runs: Mapping[str, Analysed], number: str) -> tuple[float, float]:
+    """Return the exponent of stress by a number at a constant Σ, and the range of locking strains over their mean."""
+    names = ["fig3c", *(f"fig3c {number}={value:g}" for value in CHANGED[number])]
+    found = designs_of(runs, names, ("C",))
+    logs = -np.log([bending_factor(one.values, "C") for one in found])
+    locks = np.array([one.values["locking_strain"] for one in found])
+    fit = fit_line(np.log([one.values[number] for one in found]), logs)
+    return fit.slope, float(np.ptp(locks) / locks.mean())
 
 
 def collapses(runs: Mapping[str, Analysed]) -> dict[str, ScalingTest]:

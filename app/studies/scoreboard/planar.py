@@ -251,7 +251,10 @@ def pre_strained(runs: Mapping[str, Analysed]) -> Score:
         f"{100 * max(values[f'NRMSE {axis}'] for axis in AXES):.1f} % at most"
     )
     parts = ((ranks, "they do not all rise"), (returns, "it does not return to its start"), (repeats_too, "it drifts"))
-    why = f"{', '.join(text for good, text in parts if not good)}: what yields stays bent, which makes row 3"
+    why = (
+        f"{', '.join(text for good, text in parts if not good)}: what has yielded stays bent and is slack afterwards; "
+        "the same yield makes the first loading stiffer (row 3)"
+    )
     return judged(ranks and returns and repeats_too, ours, values, why)
 
 

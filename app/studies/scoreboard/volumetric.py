@@ -11,6 +11,7 @@ from app.studies.scoreboard.plan import PILE_PRE_STRAINS
 from app.studies.scoreboard.verdict import Score, is_near, judged
 from rigs.analysis.maxima import row_of_maximum
 from rigs.analysis.moduli import stress_at
+from rigs.analysis.onset import half_rise
 from rigs.analysis.ranks import rank_correlation
 from rigs.analysis.regression import segment_modulus
 from rigs.analysis.repeatability import curve_nrmse
@@ -60,11 +61,18 @@ def equibiaxial(runs: Mapping[str, Analysed]) -> Score:
         planar, block = runs["fig3a"].loading(axis), runs["volumetric"].loading(axis)
         values[axis] = curve_nrmse(_scaled(*planar), _scaled(*block))
     ends = {axis: runs["volumetric"].loading(axis) for axis in ("C", "W")}
+    flat = {axis: runs["fig3a"].loading(axis) for axis in ("C", "W")}
     ours = f"NRMSE of scaled curves {', '.join(f'{axis} {100 * value:.0f} %' for axis, value in values.items())}"
     ratio = float(ends["W"][1][-1] / ends["C"][1][-1])
+    late = {
+        name: f"{100 * half_rise(*loadings['C']) / loadings['C'][0][-1]:.0f} % (C), "
+        f"{100 * half_rise(*loadings['W']) / loadings['W'][0][-1]:.0f} % (W)"
+        for name, loadings in (("volumetric", ends), ("planar", flat))
+    }
     why = (
-        f"at {100 * ends['C'][0][-1]:.0f} % the wale carries {ratio:.1f} times the course: rows of a volumetric knit "
-        "have a pile loop beside each wale loop, and so more yarn to give along the course"
+        f"half of the stress is reached at {late['volumetric']} of the strain, by the planar knit at "
+        f"{late['planar']}; at its end the wale carries {ratio:.1f} times the course, for each stitch has a pile loop "
+        "too, whose yarn the course can draw on"
     )
     return judged(all(value <= 0.1 for value in values.values()), ours, values, why)
 
