@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.studies.scoreboard.designs import AT, designs_of
+from app.studies.scoreboard.designs import AT, PLANAR, designs_of
 from app.studies.scoreboard.plan import CHANGED, design_names
-from app.studies.scoreboard.planar import ALONG, AXES, RATE
-from app.views.plots import COLOURS
+from app.studies.scoreboard.planar import ALONG, RATE
+from app.views.plots import COLOURS, NAMES
 from app.views.score_figures import Drawn, Line, Panel
 from rigs.analysis.branches import branch
 from rigs.analysis.master_curve import paper_factor
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from app.studies.scoreboard.analysed import Analysed
+    from rigs.axes import FloatArray
     from rigs.measurement import Measurement
+    from rigs.record import Phase
 
 GREY: Final = "#555555"
 SHADES: Final = ("#440154", "#3b528b", "#21918c", "#5ec962", "#d8b500")
@@ -50,10 +52,11 @@ def figures_of(runs: Mapping[str, Analysed]) -> Iterator[Drawn]:
             yield Drawn(name=name, title=title, panels=tuple(found))
 
 
-def _cycle(test: Measurement, number: int) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+def _cycle(test: Measurement, number: int) -> Iterator[tuple[str, FloatArray, FloatArray]]:
     """Yield the ways of a cycle with strain [%] and stress [kPa]: full out, dashed back."""
-    for phase, style in (("Stretch", "-"), ("Recover", "--")):
-        rows = branch(test.phase, test.cycle, number, [phase])  # type: ignore[list-item] # both are phases
+    ways: tuple[tuple[Phase, str], ...] = (("Stretch", "-"), ("Recover", "--"))
+    for phase, style in ways:
+        rows = branch(test.phase, test.cycle, number, [phase])
         if len(rows) > 1:
             yield style, 100.0 * test.strain[rows], 1e-3 * test.stress[rows]
 
@@ -71,12 +74,12 @@ def _fig3a(runs: Mapping[str, Analysed]) -> list[Panel]:
     if "fig3a" not in runs:
         return []
     lines: list[Line] = []
-    for axis, name in AXES.items():
+    for axis in PLANAR:
         test = runs["fig3a"].curves[axis]
         for number in np.unique(test.cycle):
             first = int(number) == 1
-            label = f"{name}, {'first' if first else 'later'}" if number < 3 else ""
-            lines += _loops(test, int(number), label, COLOURS[axis], 2.4 if first else 1.0)  # type: ignore[index]
+            label = f"{NAMES[axis]}, {'first' if first else 'later'}" if number < 3 else ""
+            lines += _loops(test, int(number), label, COLOURS[axis], 2.4 if first else 1.0)
     return [_stress_panel("thick: first cycle; dashed: back", lines)]
 
 
@@ -90,7 +93,7 @@ def _fig3c(runs: Mapping[str, Analysed]) -> list[Panel]:
     for one in (*designs, *spun):
         factor = paper_factor(one.values, one.axis)
         good = one.stress > 0.0
-        label = "cotton" if one.name == "cotton" else f"prints, {AXES[one.axis]}"
+        label = "cotton" if one.name == "cotton" else f"prints, {NAMES[one.axis]}"
         colour = "#CC79A7" if one.name == "cotton" else COLOURS[one.axis]
         width = 2.2 if one.name == "cotton" else 0.9
         scaled = factor * one.stress[good]
@@ -139,11 +142,10 @@ def _shades(count: int) -> list[str]:
 
 def _fig4c(runs: Mapping[str, Analysed]) -> list[Panel]:
     lines: list[Line] = []
-    names = {"C": "course", "W": "wale", "P": "pile"}
-    for axis, name in names.items():
+    for axis, name in NAMES.items():
         run = runs.get(f"fig4c {axis}")
         if run is not None and axis in run.curves:
-            lines += _loops(run.curves[axis], 1, name, COLOURS[axis])  # type: ignore[index]
+            lines += _loops(run.curves[axis], 1, name, COLOURS[axis])
     return [_stress_panel("sides free", lines)]
 
 
