@@ -47,11 +47,11 @@ def scoreboard(
     the same command goes on where it was stopped. A page with the redrawn figures is written beside the runs. Rows that
     differ leave the exit code at 0: that is a result.
     """
-    from app.cli.tables import Bar  # noqa: PLC0415
     from app.records.folder import write_whole  # noqa: PLC0415
     from app.studies.scoreboard.board import make_board  # noqa: PLC0415
     from app.studies.scoreboard.page import page_of  # noqa: PLC0415
     from app.studies.scoreboard.report import board_data, markdown_of  # noqa: PLC0415
+    from app.views.progress_bar import Bar  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
     try:

@@ -12,10 +12,10 @@ from app.studies.scoreboard.analysed import Analysed, UnscorableError
 from tests.app.studies.scoreboard.made import cycles, exponential, line, record_of, tables_of
 
 if TYPE_CHECKING:
-    from tests.app.studies.scoreboard import made
     from collections.abc import Sequence
 
     from rigs.analysis.table import Cell
+    from tests.app.studies.scoreboard import made
 
 
 def printed(strands: float, between_layers: float, clearance: float) -> dict[str, Analysed]:
