@@ -44,8 +44,8 @@ def scoreboard(
     """Score the claims of the paper from virtual tests: claim, paper, ours, verdict, and the command that repeats it.
 
     Each test has a folder of its own, found again by a checksum of its protocol: what is done is not run again, and
-    the same command goes on where it was stopped. A page with the redrawn figures is written beside the runs. Rows that
-    differ leave the exit code at 0: that is a result.
+    the same command goes on where it was stopped. A page with the redrawn figures is written beside the runs, where all
+    rows are scored. Rows that differ leave the exit code at 0: that is a result.
     """
     from app.records.folder import write_whole  # noqa: PLC0415
     from app.studies.scoreboard.board import make_board  # noqa: PLC0415
@@ -60,14 +60,16 @@ def scoreboard(
     except KeyboardInterrupt:
         complain(f"{out}: interrupted; the same command goes on with the runs that are there")
         raise typer.Exit(INTERRUPTED) from None
-    page = write_whole(out / f"scoreboard{'-quick' * quick}.html", [page_of(board).encode()])
+    # A page of some rows alone would take the place of the whole one.
+    page = None if row else write_whole(out / f"scoreboard{'-quick' * quick}.html", [page_of(board).encode()])
     if markdown is not None:
         write_whole(markdown, [markdown_of(board).encode()])
     if as_json:
-        print_json({**board_data(board), "page": str(page)})
+        print_json({**board_data(board), "page": None if page is None else str(page)})
         return
     _print(board)
-    sys.stdout.write(f"page: {page}\n")
+    if page is not None:
+        sys.stdout.write(f"page: {page}\n")
 
 
 def _print(board: Board) -> None:
@@ -78,13 +80,16 @@ def _print(board: Board) -> None:
     from app.studies.scoreboard.report import counts_said, sizes_said  # noqa: PLC0415
     from app.views.tables import console_of  # noqa: PLC0415
 
-    table = Table("#", "claim", "paper", "ours", "verdict", "repeat", title="the paper's claims", show_lines=True)
+    table = Table("#", title="the paper's claims", show_lines=True, expand=True)
+    for name, ratio in (("claim", 3), ("paper", 2), ("ours, and the command that repeats it", 5)):
+        table.add_column(name, ratio=ratio)
+    table.add_column("verdict", no_wrap=True)
     for one in board.rows:
         verdict, score = one.score.verdict, one.score
-        words = f"{verdict} (fitted)" if one.row.fitted and verdict == "reproduced" else verdict
-        ours = f"{score.ours}\n{score.why}" if score.why else score.ours
+        words = f"{verdict}\n(fitted)" if one.row.fitted and verdict == "reproduced" else verdict
+        ours = "\n".join(filter(None, (score.ours, score.why, one.command)))
         claim = f"{one.row.claim.words} ({one.row.claim.where})"
         cells = (str(one.row.number), claim, one.row.claim.paper, ours)
-        table.add_row(*map(Text, cells), Text(words, style=COLOURS[verdict]), Text(one.command))
+        table.add_row(*map(Text, cells), Text(words, style=COLOURS[verdict]))
     console_of().print(table)
     sys.stdout.write(f"{counts_said(board)}\n{sizes_said(board)}\n")

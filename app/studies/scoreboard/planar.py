@@ -281,5 +281,7 @@ def hooks(runs: Mapping[str, Analysed]) -> Score:
         ratio, pull = runs[f"hooks {pole:g}"].rows_of("hooks", "lateral over axial", "axial force of a hook")
         values[f"pole friction {pole:g}"] = float(np.nanmax(ratio[pull >= 0.1 * np.nanmax(pull)]))
     free, rubbing = values.values()
-    ours = f"{free:.1e} on free poles, {rubbing:.2f} at a pole friction of {POLE:g}"
+    ours = (
+        f"{free:.1e} on free poles, {rubbing:.2f} at a pole friction of {POLE:g}, over the mean pull of a side's hooks"
+    )
     return judged(free <= 0.01 and rubbing > 0.0, ours, values, "hooks carry force along their poles")
