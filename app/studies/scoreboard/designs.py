@@ -177,9 +177,11 @@ def master_curve(runs: Mapping[str, Analysed]) -> Score:
         f"{bending.before:.2f}, ln Σ {bending.after:.2f}; {xi.curves} curves"
     )
     without = found["xi without v"]
+    course, wale = (designs_of(runs, ["fig3c"], (axis,))[0].stress_at(AT) for axis in PLANAR)
     why = (
-        f"v sets the axes apart, for our wale is the stiffer one: without v ln ξσ spreads by {without.after:.2f} (R² "
-        f"{without.r_squared:.2f}, p {without.p_value:.2g}); what is left by number changed: {_left_over(runs)}"
+        f"v asks for σ_W/σ_C = 0.5, the specimen has {float(wale / course):.2f} at {AT:.0%}: without v ln ξσ spreads by "
+        f"{without.after:.2f} (R² {without.r_squared:.2f}, p {without.p_value:.2g}); how far ξσ moves where one number "
+        f"is changed, rms of ln: {_left_over(runs)}"
     )
     return judged(xi.after <= 0.5 * xi.before, ours, values, why)
 
