@@ -10,6 +10,7 @@ from app.studies.scoreboard.analysed import UnscorableError
 from app.studies.scoreboard.plan import CHANGED, MATERIALS, design_names
 from app.studies.scoreboard.verdict import Score, judged
 from rigs.analysis.master_curve import Design, bending_factor, paper_factor
+from rigs.analysis.onset import toe
 from rigs.analysis.regression import LineFit, fit_line
 from rigs.analysis.scaling import ScalingTest, log_stresses, scaling_test
 
@@ -52,9 +53,8 @@ def exponents(runs: Mapping[str, Analysed], changed: Sequence[str]) -> dict[str,
     """Return the exponent of stress at `AT` by each number that was changed while others stayed, along each axis."""
     found = {}
     for number in changed:
-        names = ["fig3c", *(f"fig3c {number}={value:g}" for value in CHANGED[number])]
         for axis in PLANAR:
-            designs = designs_of(runs, names, (axis,))
+            designs = designs_of(runs, _changed(number), (axis,))
             found[f"{number} {axis}"] = exponent_of(designs, number)
     return found
 
@@ -89,10 +89,9 @@ def stiffness(runs: Mapping[str, Analysed]) -> Score:
 
 def _fibres_said(runs: Mapping[str, Analysed]) -> str:
     """Return the stress of yarns of several fibres over that of one, in words."""
-    names = ["fig3c", *(f"fig3c n={number:g}" for number in CHANGED["n"])]
     said = []
     for axis in PLANAR:
-        stresses = [float(one.stress_at(AT)) for one in designs_of(runs, names, (axis,))]
+        stresses = [float(one.stress_at(AT)) for one in designs_of(runs, _changed("n"), (axis,))]
         said.append(f"{', '.join(f'{stress / stresses[0]:.2f}' for stress in stresses[1:])} ({axis})")
     fibres = ", ".join(f"{number:g}" for number in CHANGED["n"])
     return f"glued yarns of {fibres} fibres of one section carry {' and '.join(said)} times what one fibre does"
@@ -103,23 +102,36 @@ def lengths(runs: Mapping[str, Analysed]) -> Score:
     fits = exponents(runs, ("l", "h"))
     values = {name: fit.slope for name, fit in fits.items()}
     ours = "; ".join(f"{number} {_said(fits[f'{number} C'])} (C), {_said(fits[f'{number} W'])} (W)" for number in "lh")
-    bent = {number: _by_bending(runs, number) for number in "lh"}
+    bent = ", ".join(f"{number} {_by_bending(runs, number):.1f}" for number in "lh")
+    toes = "; ".join(f"{number}: {_toes_said(runs, number)}" for number in "lh")
     why = (
         "a larger loop of the same yarn bends more easily: a stress that keeps Σ = σ t L l w/(E I) would go with the "
-        f"exponents l {bent['l'][0]:.1f}, h {bent['h'][0]:.1f}; it has hardly another slack, for the estimated locking "
-        f"strain changes by {100 * bent['l'][1]:.1f} % (l), {100 * bent['h'][1]:.1f} % (h)"
+        f"exponents {bent}, and exponents are steeper the nearer the slack is, which has just ended at {AT:.0%}: toes "
+        f"(5 % of the largest stress) from the least to the largest value, {toes}"
     )
     return judged(all(abs(value) <= 0.5 for value in values.values()), ours, values, why)
 
 
-def _by_bending(runs: Mapping[str, Analysed], number: str) -> tuple[float, float]:
-    """Return the exponent of stress by a number at a constant Σ, and the range of locking strains over their mean."""
-    names = ["fig3c", *(f"fig3c {number}={value:g}" for value in CHANGED[number])]
-    found = designs_of(runs, names, ("C",))
+def _by_bending(runs: Mapping[str, Analysed], number: str) -> float:
+    """Return the exponent of stress by a number at a constant Σ."""
+    found = designs_of(runs, _changed(number), ("C",))
     logs = -np.log([bending_factor(one.values, "C") for one in found])
-    locks = np.array([one.values["locking_strain"] for one in found])
-    fit = fit_line(np.log([one.values[number] for one in found]), logs)
-    return fit.slope, float(np.ptp(locks) / locks.mean())
+    return fit_line(np.log([one.values[number] for one in found]), logs).slope
+
+
+def _toes_said(runs: Mapping[str, Analysed], number: str) -> str:
+    """Return the toes of the designs with the least and with the largest value of a number, in words."""
+    said = []
+    for axis in PLANAR:
+        ends = sorted(designs_of(runs, _changed(number), (axis,)), key=lambda one: one.values[number])
+        least, largest = (100.0 * toe(one.strain, one.stress, float(one.stress[-1])) for one in (ends[0], ends[-1]))
+        said.append(f"{least:.1f} to {largest:.1f} % ({axis})")
+    return ", ".join(said)
+
+
+def _changed(number: str) -> list[str]:
+    """Return the tests in which a number has its values, its own first."""
+    return ["fig3c", *(f"fig3c {number}={value:g}" for value in CHANGED[number])]
 
 
 def collapses(runs: Mapping[str, Analysed]) -> dict[str, ScalingTest]:
@@ -179,9 +191,9 @@ def master_curve(runs: Mapping[str, Analysed]) -> Score:
     without = found["xi without v"]
     course, wale = (designs_of(runs, ["fig3c"], (axis,))[0].stress_at(AT) for axis in PLANAR)
     why = (
-        f"v asks for σ_W/σ_C = 0.5, the specimen has {float(wale / course):.2f} at {AT:.0%}: without v ln ξσ spreads by "
-        f"{without.after:.2f} (R² {without.r_squared:.2f}, p {without.p_value:.2g}); how far ξσ moves where one number "
-        f"is changed, rms of ln: {_left_over(runs)}"
+        f"v asks for σ_W/σ_C = 0.5, our specimen has {float(wale / course):.2f} at {AT:.0%}: without v ln ξσ is spread "
+        f"by {without.after:.2f} (R² {without.r_squared:.2f}, p {without.p_value:.2g}); how far ξσ moves where one "
+        f"number is changed, rms of ln: {_left_over(runs)}"
     )
     return judged(xi.after <= 0.5 * xi.before, ours, values, why)
 
