@@ -72,12 +72,12 @@ class Analysed:
         for number, strain, stress in loading_branches(self.curves[axis]) if axis in self.curves else ():
             if number == cycle:
                 return strain, stress
-        raise UnscorableError(f"{self.name} has no loading {cycle} along {axis}{self._ended()}")
+        raise UnscorableError(f"{self.name} has no loading {cycle} along {axis}{self.ended()}")
 
     def cycles(self, axis: str) -> tuple[CycleFigures, ...]:
         """Return the figures of all cycles along an axis."""
         if axis not in self.curves:
-            raise UnscorableError(f"{self.name} was not driven along {axis}{self._ended()}")
+            raise UnscorableError(f"{self.name} was not driven along {axis}{self.ended()}")
         return figures_by_cycle(self.curves[axis])
 
     def rows_of(self, table: str, *columns: str) -> list[FloatArray]:
@@ -90,7 +90,8 @@ class Analysed:
         first = (cycle == cycle.min()) & ((phase == "Stretch") | (phase == "Zero"))
         return [np.asarray(found.columns[name], dtype=np.float64)[first] for name in columns]
 
-    def _ended(self) -> str:
+    def ended(self) -> str:
+        """Return in words how it ended before its target; nothing of a test that got there."""
         return "" if self.end == "target" else f": it ended as {self.end}, {self.message}"
 
 

@@ -229,7 +229,12 @@ def cotton(runs: Mapping[str, Analysed]) -> Score:
         mean = printed.mean(axis=0)
         both = np.isfinite(mean) & np.isfinite(spun)
         if not both.any():
-            raise UnscorableError(f"cotton and prints have no strain in common along {axis}")
+            strain, stress = runs["cotton"].loading(axis)
+            raise UnscorableError(
+                f"cotton pushes its hooks along {axis}, by {-stress[0] / 1e3:.1f} kPa as mounted and by "
+                f"{-stress[-1] / 1e3:.1f} kPa at {100 * strain[-1]:.0f} %: a stress below 0 has no logarithm"
+                f"{runs['cotton'].ended()}"
+            )
         values[f"cotton {axis}"] = float(np.sqrt(np.mean((spun - mean)[both] ** 2)))
         values[f"signed {axis}"] = float(np.mean((spun - mean)[both]))
         values[f"prints {axis}"] = float(np.sqrt(np.mean((printed - mean)[:, both] ** 2, axis=1)).max())
