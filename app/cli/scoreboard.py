@@ -26,7 +26,7 @@ COLOURS: Final = {"reproduced": "green", "differs": "yellow", "not scorable": "d
 def scoreboard(
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Small specimens and coarse meshes: some minutes instead of an hour.")
+        bool, typer.Option("--quick", help="Small specimens and coarse meshes: some minutes instead of half an hour.")
     ] = False,
     row: Annotated[list[int] | None, typer.Option(help="Only this row; may be repeated.")] = None,
     out: Annotated[Path, typer.Option(help="Folder of the runs and of the page.", file_okay=False)] = Path(
