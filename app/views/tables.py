@@ -12,6 +12,7 @@ from rich.table import Table
 
 from app.checks.budget import loop_budgets
 from app.views.labels import ELASTIC, beyond_elastic, friction_value, material_label, yarn_label
+from knitlab_core.knits import clasp_kind
 from knitlab_core.materials import MeasuredYarn
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def _pins(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:
 
 def _clasps(facts: SpecimenFacts) -> str:
     """Say how many clasps hold a knit together."""
-    return ", ".join(f"{count} between {joined}" for joined, count in facts.clasps.items()) or "unknown, or none"
+    return ", ".join(f"{count} {clasp_kind(joined)}" for joined, count in facts.clasps.items()) or "unknown, or none"
 
 
 def print_crossings(found: Sequence[LimitCrossing]) -> None:
