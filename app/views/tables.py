@@ -80,6 +80,7 @@ def facts_rows(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
+    budget = "unknown: relaxed strands press on each other" if spec.relaxed else budget
     if facts.locking_strain is not None:
         (loop,) = loop_budgets(spec.fabric, spec.laid).values()
         good = f"estimate, +-{loop.error:.1%}"

@@ -13,8 +13,6 @@ import numpy as np
 
 from knitlab_core.knits.curve import Curve, curve_through
 from knitlab_core.knits.distance import closest_approach
-from knitlab_core.knits.fabric import LoopBudget
-from knitlab_core.knits.loop_shape import locking_strain
 from knitlab_core.knits.planar import HOOK_ANGLE
 from knitlab_core.knits.stitch import Stitch
 
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
     from knitlab_core.arrays import FloatArray
     from knitlab_core.axes import Axis
     from knitlab_core.knits.centreline import Centreline, SiteSet
-    from knitlab_core.knits.fabric import Counts
+    from knitlab_core.knits.fabric import Counts, LoopBudget
     from knitlab_core.knits.planar import PlanarRow
 
 Point: TypeAlias = tuple[float, float, float]
@@ -164,11 +162,9 @@ class RelaxedStitch(Stitch):
         apart = closest_approach(line, largest_curvature=max(bend, 2.0 / self.row_spacing))
         return apart.distance - 2.0 * self.fibre_radius
 
-    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:
-        """Return the arc-length budget of its loops, which reach along the wale."""
-        locking = locking_strain(self, self.yarn_per_loop, fibre_radius)
-        error, share = self.locking_error, 2.0 * self.row_spacing
-        return {"W": LoopBudget(locking=locking, share=share, fibre_radius=fibre_radius, error=error)}
+    def budgets(self, fibre_radius: float) -> Mapping[Axis, LoopBudget]:  # noqa: ARG002 (no estimate)
+        """Return nothing: the estimate is of strands that do not press on each other."""
+        return {}
 
 
 def relaxed_stitch(
