@@ -34,7 +34,7 @@ class ClaspLoss:
     Attributes
     ----------
     joined : str
-        What the clasps join, ``rows`` or ``layers``.
+        What the clasps join: ``rows``, ``layers``, or a chained edge, ``bound_off`` or ``cast_on``.
     row : int
         Row of the equilibria, from 0.
     time : float
