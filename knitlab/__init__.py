@@ -20,7 +20,8 @@ Build a protocol, check it without physics, run it, and read the equilibria of i
 
 protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cycle, Waveform, Repeat,
            UntilRupture, Image; Target, Until, Bound, StrainRate, ForceRate, StepLog, Extensometer
-specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm; materials
+specimen   Stitch, VolumetricStitch, Filament, Edges, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm;
+           materials
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
 records    show gives the Run of a folder, open_run its RunReader; figures
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     from rigs.analysis.choices import Choices
     from rigs.analysis.table import Table
     from rigs.measurement import Measurement
+    from rigs.protocol.edges import Edges
     from rigs.protocol.protocol import (
         Cycle,
         Extensometer,
@@ -122,6 +124,7 @@ __all__ = [
     "ConvergenceError",
     "Cycle",
     "Design",
+    "Edges",
     "Extensometer",
     "Filament",
     "FileMapping",
@@ -199,6 +202,7 @@ _HOMES: Final = {
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
     "Design": "app.studies.design:Design",
+    "Edges": "rigs.protocol.edges:Edges",
     "Extensometer": "rigs.protocol.protocol:Extensometer",
     "Filament": "knitlab_core.knits:Filament",
     "FileMapping": "rigs.readers.mapping:FileMapping",

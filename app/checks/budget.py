@@ -58,7 +58,7 @@ def loop_budgets(fabric: Fabric, yarn: Yarn | None) -> Mapping[Axis, LoopBudget]
 
 
 def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Axis, float]) -> Budget | None:
-    """Return the budget of the loops that the strokes bring nearest to their locking; None for a filament.
+    """Return the budget of the loops that the strokes bring nearest to their locking; None where none is known.
 
     Parameters
     ----------
@@ -69,6 +69,8 @@ def budget_of(spec: SpecimenSpec, strokes: Sequence[Stroke], lengths: Mapping[Ax
     lengths : Mapping
         Initial hook-to-hook distance of each driven axis [m]; sides of other axes are free.
     """
+    if spec.relaxed:
+        return None
     # An axis that searches a force is only known to start where it does.
     found = [
         budget

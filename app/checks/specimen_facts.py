@@ -82,7 +82,7 @@ def describe(
 
 def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
     """Return the specimen that represents all of the same shape, whatever they are made of."""
-    if spec.grows_to is not None:
+    if spec.grows_to is not None or spec.relaxed:
         return spec
     plain = SpecimenSpec(
         knit=spec.knit, rows=spec.rows, loops=spec.loops, loop_width=spec.loop_width, material=_ANY, layers=spec.layers
@@ -94,6 +94,7 @@ def shape_of(spec: SpecimenSpec) -> SpecimenSpec:
         periodic=spec.periodic,
         rest_shape="as-printed" if spec.laid_in is None else "straight",
         laid_in=spec.laid_in,
+        edges=spec.edges,
     )
 
 

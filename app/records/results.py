@@ -10,6 +10,7 @@ import numpy as np
 
 from app.records.measurements import cycled, zeroings_of
 from knitlab_core.equilibrium.stopwatch import Cost
+from knitlab_core.knits import clasp_kind
 from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures
 from rigs.analysis.material_limits import crossings, limits_of
@@ -207,8 +208,8 @@ def _pins(trace: Trace, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
 
 def _clasps(trace: Trace) -> Iterator[Figure]:
     for joined, held in clasps_of(trace).items():
-        yield f"clasps between {joined}, as mounted", float(held[0]), "1"
-        yield f"clasps between {joined}, fewest", float(held.min()), "1"
+        yield f"clasps {clasp_kind(joined)}, as mounted", float(held[0]), "1"
+        yield f"clasps {clasp_kind(joined)}, fewest", float(held.min()), "1"
 
 
 def _limits(found: Sequence[LimitCrossing]) -> Iterator[Figure]:

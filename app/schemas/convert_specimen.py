@@ -21,6 +21,7 @@ from knitlab_core.knits import (
     same_area,
 )
 from knitlab_core.materials import MATERIALS
+from rigs.protocol.edges import OPEN, Edges
 from rigs.protocol.specimen import MESHES, SpecimenSpec
 
 if TYPE_CHECKING:
@@ -83,7 +84,9 @@ def to_specimen(
             rupture="off" if substance is None else model.rupture,
             periodic=model.periodic,
             shear=model.shear,
-            laid_in=model.laid_in,
+            laid_in=None if model.laid_in == "relaxed" else model.laid_in,
+            relaxed=model.laid_in == "relaxed",
+            edges=Edges(**model.edges.model_dump()),
         )
 
     with at(document, ("specimen",)):
@@ -128,6 +131,8 @@ def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
         "nodes_per_loop": spec.nodes_per_loop,
         "rest_shape": spec.rest_shape,
         **({} if spec.laid_in is None else {"laid_in": write(spec.laid_in, "length")}),
+        **({"laid_in": "relaxed"} if spec.relaxed else {}),
+        **({} if spec.edges == OPEN else {"edges": spec.edges._asdict()}),
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),
         **({} if spec.fused is None else {"fused": _written_law(spec.fused)}),
         "viscoelastic": "on" if spec.viscoelastic else "off",

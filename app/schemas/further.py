@@ -33,6 +33,7 @@ _BY_KNIT: Final = (
     "specimen.hook",
     "specimen.yarn",
     "specimen.laid_in",
+    "specimen.edges",
     "specimen.fused",
 )
 _BY_COUNT: Final = ("specimen.grips", "extensometer")

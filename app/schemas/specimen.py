@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
-from app.schemas.values import Label, Length, StitchValue, Strain, Stress, Switch
+from app.schemas.values import LAID_IN, Label, LaidIn, Length, StitchValue, Strain, Stress, Switch
 from app.schemas.yarns import MeasuredYarnModel, is_measured
 from rigs.protocol.catalogue import Grips, Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture, Shear
@@ -110,6 +110,17 @@ class FusedModel(Model):
     locate: Strain = Field(default=0.01, description="how near to its strength it breaks, such as 1 %")
 
 
+class EdgesModel(Model):
+    """Chain edges of a planar knit."""
+
+    top: Literal["open", "bound-off"] = Field(
+        default="open", description="open or bound-off, a last row that is chained"
+    )
+    bottom: Literal["open", "cast-on"] = Field(
+        default="open", description="open or cast-on, a chain below the first row"
+    )
+
+
 class SpecimenModel(Model):
     """The specimen on the rig."""
 
@@ -137,9 +148,10 @@ class SpecimenModel(Model):
     mesh: MeshName | None = Field(default=None, description="draft, default or fine")
     nodes_per_loop: int | None = Field(default=None, description="a whole number, such as 48")
     rest_shape: RestShape = Field(default="as-printed", description="as-printed or straight")
-    laid_in: Length | None = Field(
-        default=None,
-        description="the contact radius of a straight yarn as laid in, such as 0.3 mm; it grows as the yarn relaxes",
+    laid_in: LaidIn | None = Field(default=None, description=LAID_IN)
+    edges: EdgesModel = Field(
+        default=EdgesModel(),
+        description="a mapping such as {top: bound-off, bottom: cast-on}; edges are open otherwise",
     )
     yarn: (
         Annotated[

@@ -116,6 +116,19 @@ def _every(value: object) -> float | Literal["off"]:
         raise refuse(EVERY) from error
 
 
+LAID_IN: Final = "a contact radius as laid in, such as 0.3 mm, or relaxed, the loops of a periodic cell at rest"
+
+
+def _laid_in(value: object) -> float | Literal["relaxed"]:
+    """Return the contact radius of a yarn as laid in, or the word for loops of a cell at rest."""
+    if value == "relaxed":
+        return "relaxed"
+    try:
+        return parse(value, "length")
+    except UnitError as error:
+        raise refuse(LAID_IN) from error
+
+
 def _switch(value: object) -> object:
     """Return `on` and `off` as booleans."""
     return {"on": True, "off": False}.get(value, value) if isinstance(value, str) else value
@@ -183,4 +196,9 @@ Level = Annotated[
 ]
 StitchValue = Annotated[Measure, PlainValidator(_measure), WithJsonSchema({"type": ["number", "string"]})]
 Label = Annotated[str, BeforeValidator(_label), WithJsonSchema({"type": ["string", "number"]})]
+LaidIn = Annotated[
+    float | Literal["relaxed"],
+    PlainValidator(_laid_in),
+    WithJsonSchema({"type": "string", "description": LAID_IN}),
+]
 Switch = Annotated[bool, BeforeValidator(_switch), WithJsonSchema({"enum": ["on", "off", True, False]})]

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from app.checks.budget import loop_budgets
 from app.views.labels import ELASTIC, beyond_elastic, friction_value, material_label, yarn_label
+from knitlab_core.knits import clasp_kind
 from knitlab_core.materials import MeasuredYarn
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ def facts_rows(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]
     count = f"{spec.rows} rows x {spec.loops} loops" + (f" x {spec.layers} layers" if "P" in spec.axes else "")
     mounted = "" if protocol.mount is None else f", {protocol.mount} along the frame"
     budget = "none: a filament has no loops" if spec.fabric.straight else _loop_budgets(spec)
+    budget = "unknown: relaxed strands press on each other" if spec.relaxed else budget
     if facts.locking_strain is not None:
         (loop,) = loop_budgets(spec.fabric, spec.laid).values()
         good = f"estimate, +-{loop.error:.1%}"
@@ -134,7 +136,7 @@ def _pins(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:
 
 def _clasps(facts: SpecimenFacts) -> str:
     """Say how many clasps hold a knit together."""
-    return ", ".join(f"{count} between {joined}" for joined, count in facts.clasps.items()) or "unknown, or none"
+    return ", ".join(f"{count} {clasp_kind(joined)}" for joined, count in facts.clasps.items()) or "unknown, or none"
 
 
 def print_crossings(found: Sequence[LimitCrossing]) -> None:

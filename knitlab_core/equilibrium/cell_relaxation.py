@@ -29,6 +29,9 @@ STIFF = 30.0
 GROWTH, SHARE = 1.12, 0.6
 """Largest growth of the law in a stage, and share of the room between strands and cores that it may use."""
 
+NEAREST = 1.1
+"""Least distance of strands, in twice the core, from which on their law has its own size and force at once."""
+
 SOFTER = 4.0
 """Factor by which the force falls in a stage."""
 
@@ -76,18 +79,54 @@ def relax_cell(model: Model, state: State, *, options: Options = PATIENT) -> tup
     work = Workspace(_with_law(held, size, STIFF))
     *_, (_, state, _) = knit_in(work, state)
     loose = replace(model, fixed=_with_lengths(model, prescribed=False))
-    stage = _settled(loose, _Stage(state, size, STIFF, work.clock.iterations), options)
+    return _grown(loose, _Stage(state, size, STIFF, work.clock.iterations), options)
+
+
+def relax_loops(model: Model, state: State, *, options: Options = PATIENT) -> tuple[State, int]:
+    """Relax a specimen that was made of the loops of a relaxed cell; its edges are not at rest yet.
+
+    Parameters
+    ----------
+    model : Model
+        The specimen, its yarn straight at rest, its fixtures prescribed.
+    state : State
+        The specimen as made.
+    options : Options
+        How hard to try.
+
+    Returns
+    -------
+    State, int
+        The equilibrium from which a test begins, and the Newton iterations it took.
+
+    Raises
+    ------
+    ConvergenceError
+        If the yarn comes to no rest.
+    """
+    room = least_distance(state.q, model.samples, model.law) / (model.law.distance - model.law.overlap_limit)
+    whole = room >= NEAREST
+    begun = _Stage(state, 1.0, 1.0, 0) if whole else _Stage(state, min(LAID, CLEAR * room), STIFF, 0)
+    return _grown(model, begun, options)
+
+
+def _grown(loose: Model, begun: _Stage, options: Options) -> tuple[State, int]:
+    """Return the equilibrium with the law at its own size and force, and all iterations."""
+    stage = _settled(loose, begun, options)
+    core = loose.law.distance - loose.law.overlap_limit
     for _ in range(MOST_STAGES):
         if stage.size < 1.0:
-            law = scaled_law(model.law, stage.size, stage.force)
-            room = least_distance(stage.state.q, model.samples, law) / core
+            law = scaled_law(loose.law, stage.size, stage.force)
+            room = least_distance(stage.state.q, loose.samples, law) / core
             size = min(1.0, GROWTH * stage.size, stage.size + SHARE * (room - stage.size))
             stage = _settled(loose, replace(stage, size=size), options)
         elif stage.force > 1.0:
             stage = _settled(loose, replace(stage, force=max(1.0, stage.force / SOFTER)), options)
         else:
-            break
-    return idle(stage.state), stage.iterations
+            return idle(stage.state), stage.iterations
+    raise ConvergenceError(
+        f"yarn that has no room to grow as it is laid in: at {stage.size:.3g} of its size cores touch"
+    )
 
 
 def _with_law(model: Model, size: float, force: float) -> Model:

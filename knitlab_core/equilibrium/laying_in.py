@@ -8,7 +8,7 @@ it. Then the radius grows to the whole one in stages, each an equilibrium; loops
 
 from dataclasses import replace
 
-from knitlab_core.contact.law import scaled_law
+from knitlab_core.contact.law import ContactLaw, scaled_law
 from knitlab_core.equilibrium.advance import advance
 from knitlab_core.equilibrium.dry_relaxation import DIRECT, REACH, follow_down, idle, knit_in, settled_rods
 from knitlab_core.equilibrium.model import Model, State
@@ -44,14 +44,22 @@ def lay_in(model: Model, state: State, share: float, *, options: Options = DIREC
     ConvergenceError
         If the yarn comes to no rest.
     """
-    *_, (_, state, _) = knit_in(Workspace(replace(model, law=scaled_law(model.law, share))), state)
+    *_, (_, state, _) = knit_in(Workspace(replace(model, law=_law(model, share))), state)
     rods = settled_rods(model)
     stages = max(1, round((1.0 - share) / GROWTH)) if share < 1.0 else 0
     for stage in range(1, stages + 1):
         radius = share + (1.0 - share) * stage / stages
-        work = Workspace(replace(model, law=scaled_law(model.law, radius)))
+        work = Workspace(replace(model, law=_law(model, radius)))
         found, _ = advance(work, state, state.q, options, rods=RodTerm(rods))
         if found is None:
             found, _ = follow_down(work, state, rods, options, radius, REACH)
         state = idle(found)
     return state
+
+
+def _law(model: Model, share: float) -> ContactLaw:
+    """Return the contact law of a share of the radius: as much force where strands overlap by the same share of it.
+
+    Hertz's force grows with overlap^(3/2) and the crossing with the radius; rods bend as those of the whole radius do.
+    """
+    return scaled_law(model.law, share, share**-2.5)

@@ -4,7 +4,10 @@ fabric      protocol of a fabric, which all knits implement
 registry    fabrics that have a name
 stitch      planar stockinette (its numbers: loop_shape; its rows: pieces, planar)
 garter, rib, seed  ... with purl rows, wales, or loops in turn
+relaxed_stitch  ... with the loops of a cell at rest
 volumetric_stitch  the knit of many layers (volumetric_shape, volumetric_row, volumetric)
+chain       a chained edge: bound off, or cast on
+bound_edges ... of a knit whose last row or first is chained
 own_centreline  a user's own yarn, through points (curve)
 filament    no knit: a straight fibre to prove a rig with
 arclength   a loop's parameter to arc length and back
@@ -25,6 +28,7 @@ wires       rigid wires through the boundary loops
 """
 
 from knitlab_core.knits.arclength import yarn_per_loop
+from knitlab_core.knits.bound_edges import BoundEdges
 from knitlab_core.knits.cell import knit_cell
 from knitlab_core.knits.cell_rows import has_cells, is_planar
 from knitlab_core.knits.centreline import Centreline, Site, SiteSet
@@ -32,6 +36,7 @@ from knitlab_core.knits.clamps import Clamps, clamp_faces, clamp_nodes
 from knitlab_core.knits.clasp import (
     ClaspNodes,
     clasp_counts,
+    clasp_kind,
     clasp_nodes,
     clasp_numbers,
     clasp_place,
@@ -52,6 +57,7 @@ from knitlab_core.knits.pins import PinSpots, pin_spots
 from knitlab_core.knits.planar import planar_line
 from knitlab_core.knits.plates import Plates, plate_nodes
 from knitlab_core.knits.registry import fabric_named, fabric_names, register
+from knitlab_core.knits.relaxed_stitch import RelaxedStitch, relaxed_stitch
 from knitlab_core.knits.specimen import Cell, Specimen, knit_specimen
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch
 from knitlab_core.knits.volumetric import volumetric
@@ -62,6 +68,7 @@ __all__ = [
     "NAMED_STITCHES",
     "NAMED_VOLUMETRIC_STITCHES",
     "Approach",
+    "BoundEdges",
     "Cell",
     "Centreline",
     "Clamps",
@@ -78,6 +85,7 @@ __all__ = [
     "PinSpots",
     "PlateRoom",
     "Plates",
+    "RelaxedStitch",
     "Site",
     "SiteSet",
     "Specimen",
@@ -89,6 +97,7 @@ __all__ = [
     "clamp_faces",
     "clamp_nodes",
     "clasp_counts",
+    "clasp_kind",
     "clasp_nodes",
     "clasp_numbers",
     "clasp_place",
@@ -109,6 +118,7 @@ __all__ = [
     "planar_line",
     "plate_nodes",
     "register",
+    "relaxed_stitch",
     "same_area",
     "volumetric",
     "wires_through",

@@ -9,7 +9,8 @@ the head's legs. No curve is closed through the knit, which would cross other st
 from __future__ import annotations
 
 from math import prod
-from typing import TYPE_CHECKING, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -36,10 +37,10 @@ def clasp_numbers(specimen: Specimen, nodes: FloatArray) -> IndexArray:
     Returns
     -------
     IndexArray
-        Planar: (rows - 1, loops, 2), of row k's head j and row k + 1's loop j, left and right of its apex. Volumetric:
-        (n, 2), those of rows and then those of layers of `joined_clasps`. In both all are 1 in size and left and right
-        differ in sign; they stay so at any strain until a loop slips out of its head, or the yarn's end does. (0, 2)
-        of a fabric that does not know its loops.
+        Planar: (rows - 1, loops, 2), of row k's head j and row k + 1's loop j, left and right of its apex. Others:
+        (n, 2), those of rows and then those of layers, or of edges, of `joined_clasps`. In both all are 1 in size and
+        left and right differ in sign; they stay so at any strain until a loop slips out of its head, or the yarn's end
+        does. (0, 2) of a fabric that does not know its loops.
     """
     numbers = list(joined_clasps(specimen, nodes).values())
     if len(numbers) == 1:
@@ -95,6 +96,21 @@ def clasps_hold(nodes: FloatArray, clasps: Mapping[str, ClaspNodes]) -> dict[str
     return found
 
 
+EDGES: Final[Mapping[str, str]] = MappingProxyType({"bound_off": "bound-off", "cast_on": "cast-on"})
+"""Chained edges in words, by what their clasps are called."""
+
+
+def clasp_kind(joined: str) -> str:
+    """Return which clasps join what is joined, in words.
+
+    Examples
+    --------
+    >>> clasp_kind("rows"), clasp_kind("bound_off")
+    ('between rows', 'of the bound-off edge')
+    """
+    return f"of the {EDGES[joined]} edge" if joined in EDGES else f"between {joined}"
+
+
 def clasp_place(joined: str, index: tuple[int, ...]) -> str:
     """Return the place of a clasp in words, from its index in the fabric's `clasps` of what is joined.
 
@@ -103,6 +119,8 @@ def clasp_place(joined: str, index: tuple[int, ...]) -> str:
     >>> clasp_place("rows", (0, 2)), clasp_place("rows", (1, 0, 2)), clasp_place("layers", (0, 1, 2))
     ('rows 0 and 1 at loop 2', 'rows 0 and 1 at stitch 2 of layer 1', 'layers 0 and 1 at stitch 2 of row 1')
     """
+    if joined in EDGES:
+        return f"clasp {index[0]} of the {EDGES[joined]} edge"
     if joined == "layers":
         layer, row, stitch = index
         return f"layers {layer} and {layer + 1} at stitch {stitch} of row {row}"
@@ -114,12 +132,16 @@ def clasp_place(joined: str, index: tuple[int, ...]) -> str:
 def parted_at(hold: Mapping[str, BoolArray]) -> str:
     """Return in words which neighbouring rows or layers no clasp holds together; empty where all are held.
 
+    A chained edge that lets go parts nothing by itself.
+
     Parameters
     ----------
     hold : Mapping of str to BoolArray
         Which clasps hold, as `clasps_hold` gives it.
     """
     for joined, held in hold.items():
+        if joined in EDGES:
+            continue
         pairs = held.ndim - 2 if joined == "rows" else 0
         others = tuple(axis for axis in range(held.ndim) if axis != pairs)
         loose = np.flatnonzero(~held.any(axis=others))

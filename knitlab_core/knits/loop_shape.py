@@ -8,7 +8,7 @@ whose yarn changes sides elsewhere have another multiple of t in the last coordi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Final, TypeGuard
 
@@ -81,8 +81,8 @@ class LoopShape:
     """By how much the estimate of its locking strain is off, rms [1]."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check_number(field.name, getattr(self, field.name), most=LARGEST[field.name])
+        for name, most in LARGEST.items():
+            check_number(name, getattr(self, name), most=most)
 
 
 def locking_strain(stitch: LoopShape, yarn_per_loop: float, fibre_radius: float | None = None) -> float:

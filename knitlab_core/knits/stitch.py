@@ -57,6 +57,16 @@ class Stitch(LoopShape):
         return {"wale-": beside, "wale+": beside, "course-": half_turn, "course+": half_turn}
 
     @property
+    def front(self) -> float:
+        """Return -z of what is farthest in front: the legs [loop widths]."""
+        return self.depth
+
+    @property
+    def gap(self) -> float:
+        """Return the distance of strands one in front of the other in a chained edge [loop widths]."""
+        return 0.14
+
+    @property
     def shapes(self) -> tuple[LoopShape, ...]:
         """Return its one loop."""
         return (self,)

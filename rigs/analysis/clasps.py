@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from knitlab_core.knits import clasp_place, parted_at
+from knitlab_core.knits import clasp_kind, clasp_place, parted_at
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,7 +34,7 @@ class ClaspLoss:
     Attributes
     ----------
     joined : str
-        What the clasps join, ``rows`` or ``layers``.
+        What the clasps join: ``rows``, ``layers``, or a chained edge, ``bound_off`` or ``cast_on``.
     row : int
         Row of the equilibria, from 0.
     time : float
@@ -61,13 +61,13 @@ class ClaspLoss:
         if self.places:
             count = "a clasp" if self.lost == 1 else f"{self.lost} clasps"
             return (
-                f"{count} between {self.joined} let go as the yarn relaxed: {self.places}; "
+                f"{count} {clasp_kind(self.joined)} let go as the yarn relaxed: {self.places}; "
                 f"{self.held} of {self.mounted} hold"
             )
         where = ", ".join(f"{axis} {100 * value:.1f} %" for axis, value in self.strain.items())
         count = "a clasp" if self.lost == 1 else f"{self.lost} clasps"
         return (
-            f"{count} between {self.joined} let go at {self.time:.4g} s, strain {where}: "
+            f"{count} {clasp_kind(self.joined)} let go at {self.time:.4g} s, strain {where}: "
             f"{self.held} of {self.mounted} hold"
         )
 
@@ -125,7 +125,7 @@ def unravelled(laid: Holding, now: Holding) -> str:
         nothing.
     """
     where = parted_at(now) if all(held.all() for held in laid.values()) else ""
-    left = ", ".join(f"{held.sum()} of {held.size} clasps between {joined}" for joined, held in now.items())
+    left = ", ".join(f"{held.sum()} of {held.size} clasps {clasp_kind(joined)}" for joined, held in now.items())
     return where and f"the knit unravelled: nothing holds {where} together; {left} hold"
 
 

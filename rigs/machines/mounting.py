@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from knitlab_core.equilibrium.cell_relaxation import relax_cell
+import numpy as np
+
+from knitlab_core.equilibrium.cell_relaxation import relax_cell, relax_loops
 from knitlab_core.equilibrium.dry_relaxation import knit_in
 from knitlab_core.equilibrium.laying_in import lay_in
 from knitlab_core.equilibrium.workspace import Workspace
+from knitlab_core.knits import BoundEdges
 from rigs.machines.fixtures import (
     grips_on,
     ideal_grips,
@@ -18,14 +21,14 @@ from rigs.machines.fixtures import (
 from rigs.machines.load_train import load_train
 from rigs.machines.machine import instruments_on
 from rigs.machines.pins import pins_on
-from rigs.machines.strands import model_of
 from rigs.machines.wires import hang_on_wires, sliding_hooks
 from rigs.protocol.made_specimen import cell_lengths, size_of
+from rigs.protocol.strands import model_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from knitlab_core.equilibrium.model import State
+    from knitlab_core.equilibrium.model import Model, State
     from knitlab_core.knits import Specimen
     from rigs.axes import Axis, FloatArray
     from rigs.machines.machine import MachineData
@@ -84,6 +87,8 @@ def mount(
     work = Workspace(model)
     if relaxed and spec.laid_in is not None:
         state = lay_in(model, state, spec.laid_in / specimen.radius)
+    elif relaxed and spec.relaxed:
+        state, _ = relax_loops(_with_loose_edges(model, specimen), state)
     elif relaxed and spec.grows_to is not None:
         state, _ = relax_cell(model, state)
     elif relaxed and spec.rest_shape == "straight":
@@ -104,6 +109,17 @@ def mount(
         trains={axis: load_train(data[drive.machine]) for axis, drive in drives.items()},
     )
     return rig, state
+
+
+def _with_loose_edges(model: Model, specimen: Specimen) -> Model:
+    """Return a model whose chained edges nothing holds: jaws close on them when they are at rest."""
+    if not isinstance(specimen.fabric, BoundEdges):
+        return model
+    fixed = model.fixed.copy()
+    chained = specimen.fabric.chained(specimen.arc_lengths / specimen.loop_width, specimen.counts)
+    fixed[np.flatnonzero(chained), :3] = False
+    fixed[:, 3] = np.where(chained, ~model.rods.has_edge, fixed[:, 3])
+    return replace(model, fixed=fixed)
 
 
 def as_mounted(size: SpecimenSize, specimen: Specimen, mounted: FloatArray) -> SpecimenSize:

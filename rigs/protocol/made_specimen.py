@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, cast
 
 from knitlab_core.knits import (
+    BoundEdges,
     Fabric,
     Specimen,
     Yarn,
@@ -17,12 +18,13 @@ from knitlab_core.knits import (
     plate_nodes,
 )
 from rigs.axes import AXES, COORDINATE, SITES
+from rigs.protocol.edges import OPEN, Edges
 from rigs.record import SpecimenSize
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from knitlab_core.knits import SiteSet
+    from knitlab_core.knits import SiteSet, Stitch
     from knitlab_core.knits.cell_rows import CellFabric
     from rigs.axes import Axis, FloatArray
     from rigs.protocol.catalogue import Fixture
@@ -39,15 +41,19 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
     """
     counts = spec.rows, spec.loops, spec.layers
     # The plan before a test and the test itself ask for the same shape; each gets arrays of its own.
-    fabric, radius = spec.fabric, spec.fabric.fibre_radius * spec.loop_width
+    fabric, radius, width = spec.fabric, spec.fabric.fibre_radius * spec.loop_width, spec.loop_width
+    if spec.relaxed:
+        from rigs.protocol.relaxed_loops import relaxed_loops  # noqa: PLC0415 (numba, for relaxed loops alone)
+
+        fabric, width = relaxed_loops(spec)
     if spec.laid_in is not None:
         fabric = with_radius(fabric, spec.laid_in / spec.loop_width)
     made = _made(
-        fabric,
+        _bound(fabric, spec.edges),
         counts,
         spec.nodes_per_loop,
-        spec.loop_width,
-        spec.laid,
+        width,
+        None if spec.relaxed else spec.laid,
         periodic=spec.periodic,
         grows_to=spec.grows_to,
     )
@@ -55,9 +61,17 @@ def make_specimen(spec: SpecimenSpec) -> Specimen:
         # What overlaps as laid in has a clearance below 0.
         overlap = 2.0 * (radius - spec.laid_in)
         yarn = Yarn(fibre_radius=spec.fabric.fibre_radius)
-        made = replace(made, fabric=spec.fabric, yarn=yarn, radius=radius, clearance=made.clearance - overlap)
+        fabric = _bound(spec.fabric, spec.edges)
+        made = replace(made, fabric=fabric, yarn=yarn, radius=radius, clearance=made.clearance - overlap)
     sites = {name: nodes.copy() for name, nodes in made.sites.items()}
     return replace(made, nodes=made.nodes.copy(), arc_lengths=made.arc_lengths.copy(), sites=sites)
+
+
+def _bound(fabric: Fabric, edges: Edges) -> Fabric:
+    """Return a fabric with its edges chained as a specimen says."""
+    if edges == OPEN:
+        return fabric
+    return BoundEdges(knit=cast("Stitch", fabric), top=edges.top == "bound-off", bottom=edges.bottom == "cast-on")
 
 
 def with_radius(fabric: Fabric, radius: float) -> Fabric:

@@ -13,6 +13,7 @@ from knitlab_core.errors import SpecificationError, raise_all
 from knitlab_core.knits import clamp_faces
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
 from rigs.protocol.catalogue import arranged, rig_named
+from rigs.protocol.edges import OPEN
 from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.specimen import SpecimenSpec
 from rigs.protocol.step import Step
@@ -208,6 +209,8 @@ class Protocol:
         plates = any(drive.fixture == "plates" for drive in self.drives.values())
         printed = f"one without plates, into which {self.rig} takes the faces of a knit: a periodic cell has none"
         require(not (plates and self.specimen.periodic), "rig", self.rig, printed)
+        chained = self.specimen.edges != OPEN
+        require(self.hook == "pin" or not chained, "hook", self.hook, "pin: chained edges leave no room for wires")
         hooked = "nothing hangs on hooks in a periodic cell"
         require(self.hook == "pin" or not self.specimen.periodic, "hook", self.hook, f"pin: {hooked}")
         friction = self.pole_friction

@@ -9,6 +9,7 @@ from knitlab_core.errors import SpecificationError
 from knitlab_core.knits import (
     Counts,
     Fabric,
+    Stitch,
     Yarn,
     fabric_named,
     has_cells,
@@ -16,6 +17,7 @@ from knitlab_core.knits import (
 from knitlab_core.knits.cell_rows import LEANING
 from knitlab_core.materials import DEFAULT_FRICTION, Material, MeasuredYarn, material_named
 from rigs.protocol.bounds import require, require_all
+from rigs.protocol.edges import OPEN, Edges, require_chainable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,6 +80,10 @@ class SpecimenSpec:
     laid_in : float or None
         Contact radius of a straight yarn as it is laid in [m], from which it grows to its own as it relaxes; None for
         its own.
+    relaxed : bool
+        Whether its loops are laid in as those of a periodic cell of its yarn by measurement are at rest.
+    edges : Edges
+        Which of its edges are chained.
     """
 
     knit: str | Fabric
@@ -97,10 +103,18 @@ class SpecimenSpec:
     periodic: bool = False
     shear: Shear = "held"
     laid_in: float | None = None
+    relaxed: bool = False
+    edges: Edges = OPEN
 
     def __post_init__(self) -> None:
         require_all(
-            self._require_knit, self._require_material, self._require_numbers, self._require_cell, self._require_laid_in
+            self._require_knit,
+            self._require_material,
+            self._require_numbers,
+            self._require_cell,
+            self._require_laid_in,
+            self._require_relaxed,
+            self._require_edges,
         )
 
     def _require_knit(self) -> None:
@@ -147,6 +161,28 @@ class SpecimenSpec:
             lambda: require(plain, "laid_in", found, "none of a yarn of fibres, a periodic cell or a filament"),
         )
 
+    def _require_relaxed(self) -> None:
+        """Raise unless the loops of a specimen can be those of a relaxed cell."""
+        if not self.relaxed:
+            return
+        drawn = type(self.fabric) is Stitch
+        straight = "a yarn that is straight at rest (rest_shape: straight): it is bent into its loops"
+        require_all(
+            lambda: require(
+                self.measured is not None, "laid_in", "relaxed", "a radius: only a yarn by measurement is relaxed so"
+            ),
+            lambda: require(self.rest_shape == "straight", "laid_in", "relaxed", straight),
+            lambda: require(
+                not self.periodic, "laid_in", "relaxed", "nothing in a periodic cell, which is relaxed itself"
+            ),
+            lambda: require(drawn, "laid_in", "relaxed", "none of this knit: plain stockinette is relaxed so"),
+        )
+
+    def _require_edges(self) -> None:
+        """Raise unless the edges that shall be chained are those of a knit that can have such."""
+        if self.edges != OPEN:
+            require_chainable(self.edges, self.fabric, self.loops, self.yarn, periodic=self.periodic)
+
     def _require_material(self) -> None:
         """Raise unless the material is known, with the numbers of all that it is asked to do."""
         material = self.substance
@@ -183,7 +219,12 @@ class SpecimenSpec:
             lambda: require(self.rupture == "off", "rupture", self.rupture, off + bears),
             lambda: require(self.fused is None, "fused", "fused points", f"{none}and points fuse in print"),
             lambda: require(self.yarn is None, "yarn", "fibres", f"{none}whose fibres are in its numbers"),
-            lambda: require(self.laid_in is None, "laid_in", laid, f"{none}and its radius as laid in is not chosen"),
+            lambda: require(
+                self.laid_in is None,
+                "laid_in",
+                laid,
+                f"{none}and its radius as laid in is not chosen, but relaxed may be",
+            ),
             # A loop without a width is refused where all specimens' are.
             lambda: require(not 0.0 < self.loop_width < twice, "yarn.radius", wide, "half of that width at most"),
             lambda: require(same, "knit.filament", f"{1e3 * diameter:.4g} mm", measured),

@@ -246,6 +246,7 @@ def test_every_example_is_tested() -> None:
     swept = {"fig3a/fig3a.yaml", "fig3d/fig3d_course.yaml", "fig3d/fig3d_wale.yaml"}
     scored = {f"paper/{test.protocol}" for test in all_tests(FULL).values()}
     proof = {
+        "bound_off_small.yaml",
         "cell.yaml",
         "clamped_small.yaml",
         "design/design_cell.yaml",
@@ -255,6 +256,6 @@ def test_every_example_is_tested() -> None:
         "yarn_small.yaml",
     }
     fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
-    proof |= {f"fabric/{name}.yaml" for name in fabrics}
+    proof |= {f"fabric/{name}.yaml" for name in (*fabrics, "clamped_course", "clamped_wale")}
     protocols = {path for path in EXAMPLES.rglob("*.yaml") if "knitlab/protocol@1" in path.read_text(encoding="utf-8")}
     assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | scored | proof

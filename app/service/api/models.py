@@ -132,7 +132,7 @@ class SpecimenView(Answer):
     gauge_lengths_m: dict[str, float] = Field(description="hook to hook, or between clamps or plates, along each axis")
     pins_m: dict[str, float] = Field(default={}, description="between the extensometer's pins, along each axis")
     locking_strain: float | None = Field(description="equibiaxial strain at which the yarn is used up (estimate)")
-    clasps: dict[str, int] = Field(description="heads that hold a loop, by what is joined: rows, layers")
+    clasps: dict[str, int] = Field(description="heads that hold a loop, by what is joined: rows, layers, chained edges")
 
 
 class StrokeView(Answer):

@@ -28,7 +28,7 @@ class LossView(Answer):
     """Where clasps of the knit let go: the yarn of a held loop left the head that held it."""
 
     model_config = ConfigDict(frozen=True, from_attributes=True)
-    joined: str = Field(description="what the clasps join, rows or layers")
+    joined: str = Field(description="what the clasps join: rows, layers, or bound_off or cast_on, a chained edge")
     row: int = Field(description="first row at which they do not hold")
     time: float = Field(description="time of that row [s]")
     strain: dict[str, float] = Field(description="strain of every driven axis there")

@@ -267,7 +267,44 @@ BAD = [
     Bad(
         "friction: 0.3", "laid_in: 2 mm\n  rest_shape: straight", 8, 12, "laid_in: found 2 mm, allowed a radius above 0"
     ),
-    Bad("friction: 0.3", "laid_in: thin", 8, 12, "specimen.laid_in: found 'thin', allowed a length with its unit"),
+    Bad("friction: 0.3", "laid_in: thin", 8, 12, "specimen.laid_in: found 'thin', allowed a contact radius as laid"),
+    Bad(
+        "friction: 0.3",
+        "laid_in: relaxed\n  rest_shape: straight",
+        8,
+        12,
+        "specimen.laid_in: found relaxed, allowed a radius: only a yarn by measurement is relaxed so",
+    ),
+    # Chained edges
+    Bad("friction: 0.3", "edges: {top: sewn}", 8, 16, "specimen.edges.top: found 'sewn', allowed open or bound-off"),
+    Bad("friction: 0.3", "edges: {top: cast-on}", 8, 16, "edges.top: found 'cast-on', allowed open or bound-off"),
+    Bad(
+        "friction: 0.3", "edges: {sides: open}", 8, 11, "specimen.edges.sides: found an unknown field, allowed top, bo"
+    ),
+    Bad("friction: 0.3", "edges: bound-off", 8, 10, "edges: found 'bound-off', allowed a mapping such as {top: bound-"),
+    Bad(
+        "friction: 0.3",
+        "edges: {top: bound-off}\n  periodic: on",
+        8,
+        10,
+        "specimen.edges: found top: bound-off, allowed none: a periodic cell has no edges",
+    ),
+    Bad(
+        "friction: 0.3",
+        "edges: {bottom: cast-on}\n  hook: wire",
+        9,
+        9,
+        "hook: found wire, allowed pin: chained edges leave no room for wires",
+    ),
+    Bad(
+        "plain-knit",
+        "volumetric-default\n  edges: {bottom: cast-on}",
+        5,
+        10,
+        "specimen.edges: found bottom: cast-on, allowed open in this knit: plain stockinette can be bound off and cast",
+    ),
+    Bad("plain-knit", "rib-1x1\n  edges: {top: bound-off}", 5, 10, "allowed open in this knit: plain stockinette can"),
+    Bad("[4, 5]", "[4, 1]\n  edges: {bottom: cast-on}", 6, 19, "edges.bottom: found cast-on, allowed open in a row of"),
     Bad("friction: 0.3", "yarn: 3", 8, 9, "specimen.yarn: found 3, allowed a mapping that makes the yarn of fibres"),
     Bad("friction: 0.3", "yarn: {fibres: 0}", 8, 18, "specimen.yarn.fibres: found 0, allowed a whole number from 1 to"),
     Bad("friction: 0.3", "yarn: {fibers: 3}", 8, 10, "yarn.fibers: found an unknown field, allowed fibres, model, fi"),
