@@ -1,0 +1,249 @@
+"""Server of a live rig: one client at a time sends lines of commands over TCP, from this machine alone."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import sys
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from app.live.commands import ABORTS, RESETS, WAITS, CommandedRig, CommandError
+from app.service.address import is_loopback
+from knitlab_core.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.live.rig import LiveRig
+
+PORT: Final = 5025
+"""Port of raw sockets to instruments, as registered for SCPI."""
+
+LONGEST_LINE: Final = 4096
+"""Bytes that a line may have."""
+
+MOST_LINES: Final = 256
+"""Lines of a client that may wait to be done."""
+
+_LOOK: Final = 0.01
+"""Time between two looks whether the rig has stopped [s]."""
+
+_OCCUPIED: Final = b'-221,"Settings conflict;another client drives the rig: one at a time"\n'
+
+
+class CommandServer:
+    """Server of the commands of one rig, in a thread of its own.
+
+    Parameters
+    ----------
+    rig : CommandedRig
+        The rig.
+    host, port : str, int
+        Where to listen: an address of this machine's own; port 0 is a free one.
+    idle : float
+        Time after which a client that is silent while nothing moves is disconnected [s].
+
+    Raises
+    ------
+    SpecificationError
+        If the address is not this machine's own.
+    """
+
+    def __init__(self, rig: CommandedRig, host: str, port: int, *, idle: float) -> None:
+        if not is_loopback(host):
+            raise SpecificationError("host", host, "a loopback address: who reaches the port drives the rig")
+        self._rig, self._host, self._port, self._idle = rig, host, port, idle
+        self._occupied = False
+        self._ready, self._ended = threading.Event(), asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> int:
+        """Begin to listen; return the port.
+
+        Raises
+        ------
+        OSError
+            If the port is taken.
+        """
+        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
+        listener = socket.create_server((self._host, self._port), family=family)
+        port = int(listener.getsockname()[1])
+        self._thread = threading.Thread(
+            target=lambda: asyncio.run(self._listen(listener)), name="knitlab-live", daemon=True
+        )
+        self._thread.start()
+        self._ready.wait()
+        return port
+
+    def stop(self) -> None:
+        """Disconnect the client, and listen no more."""
+        if self._loop is not None and self._thread is not None:
+            self._loop.call_soon_threadsafe(self._ended.set)
+            self._thread.join()
+
+    async def _listen(self, listener: socket.socket) -> None:
+        """Serve clients until the server is stopped."""
+        self._loop = asyncio.get_running_loop()
+        server = await asyncio.start_server(self._serve, sock=listener, limit=LONGEST_LINE)
+        self._ready.set()
+        await self._ended.wait()
+        server.close()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a client until it leaves; another one meanwhile is told so."""
+        try:
+            if self._occupied:
+                await self._send(writer, _OCCUPIED)
+            else:
+                self._occupied = True
+                try:
+                    await self._converse(reader, writer)
+                finally:
+                    self._occupied = False
+            writer.close()
+        except (ConnectionError, TimeoutError):
+            writer.transport.abort()
+
+    async def _send(self, writer: asyncio.StreamWriter, answer: bytes) -> None:
+        """Send an answer.
+
+        Raises
+        ------
+        TimeoutError
+            If the client does not take it.
+        """
+        writer.write(answer)
+        await asyncio.wait_for(writer.drain(), self._idle)
+
+    async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Read the lines of a client beside doing them, so that one that waits for a move can abort it."""
+        lines: asyncio.Queue[str | None] = asyncio.Queue(MOST_LINES)
+        reading = asyncio.create_task(self._read(reader, lines))
+        try:
+            while (line := await lines.get()) is not None:
+                answers = [answer for one in line.split(";") if (answer := await self._do(one, lines)) is not None]
+                if answers:
+                    await self._send(writer, ";".join(answers).encode("ascii", "replace") + b"\n")
+        finally:
+            reading.cancel()
+
+    async def _do(self, command: str, lines: asyncio.Queue[str | None]) -> str | None:
+        """Do one command of a line."""
+        text = command.strip()
+        if not text:
+            return None
+        if ABORTS.fullmatch(text) or RESETS.fullmatch(text):
+            await self._abort()
+        if ABORTS.fullmatch(text):
+            return None
+        if WAITS.fullmatch(text):
+            while self._rig.busy:
+                if _taken_out(lines, ABORTS.fullmatch):
+                    await self._abort()
+                await asyncio.sleep(_LOOK)
+        return self._rig.do(text)
+
+    async def _abort(self) -> None:
+        """Stop what moves, and wait until it has."""
+        while self._rig.busy:
+            self._rig.abort()
+            await asyncio.sleep(_LOOK)
+
+    async def _read(self, reader: asyncio.StreamReader, lines: asyncio.Queue[str | None]) -> None:
+        """Put the lines of a client into a queue; None where it has left, or was silent too long."""
+        with suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
+            while True:
+                line = await self._line(reader)
+                if line is not None:
+                    await lines.put(line)
+        await lines.put(None)
+
+    async def _line(self, reader: asyncio.StreamReader) -> str | None:
+        """Return the next line; None if it was refused.
+
+        Raises
+        ------
+        IncompleteReadError, TimeoutError
+            If the client has left, or was silent too long; what is no whole line is dropped.
+        """
+        overrun = False
+        while True:
+            try:
+                line = await self._until_newline(reader)
+                break
+            except asyncio.LimitOverrunError as error:
+                overrun = True
+                await reader.readexactly(max(error.consumed, 1))
+        if overrun:
+            self._rig.refuse(CommandError(-363, f"a line has {LONGEST_LINE} bytes or fewer"))
+            return None
+        try:
+            text = line.decode("ascii").strip()
+        except UnicodeDecodeError:
+            text = "\0"
+        if any(not " " <= sign <= "~" and sign != "\t" for sign in text):
+            self._rig.refuse(CommandError(-101, "a line is of printed ASCII characters"))
+            return None
+        return text.replace("\t", " ")
+
+    async def _until_newline(self, reader: asyncio.StreamReader) -> bytes:
+        """Return the bytes up to the end of a line; while the rig moves a client may be silent."""
+        reading = asyncio.ensure_future(reader.readuntil(b"\n"))
+        try:
+            while True:
+                done, _ = await asyncio.wait({reading}, timeout=self._idle)
+                if done:
+                    return reading.result()
+                if not self._rig.busy:
+                    raise TimeoutError
+        finally:
+            reading.cancel()
+
+
+def _taken_out(lines: asyncio.Queue[str | None], wanted: Callable[[str], object]) -> bool:
+    """Return whether a line that waits is wanted, and take all such out."""
+    waiting: list[str | None] = []
+    while not lines.empty():
+        waiting.append(lines.get_nowait())
+    left = [line for line in waiting if line is None or not wanted(line)]
+    for line in left:
+        lines.put_nowait(line)
+    return len(left) < len(waiting)
+
+
+def serve_rig(mount: Callable[[], LiveRig], host: str, port: int, *, idle: float) -> LiveRig:
+    """Serve a rig until Ctrl-C; return it, closed.
+
+    Parameters
+    ----------
+    mount : callable
+        Mounts a specimen, at the start and on ``*RST``.
+    host, port, idle
+        As `CommandServer` has them.
+    """
+    commanded = CommandedRig(mount=mount, rig=mount())
+    try:
+        server = CommandServer(commanded, host, port, idle=idle)
+        bound = server.start()
+    except BaseException as error:
+        commanded.rig.close(error)
+        raise
+    address = f"[{host}]" if ":" in host else host
+    sys.stderr.write(
+        f"knitlab live on {address}:{bound}, {commanded.rig.protocol.rig}; run in {commanded.rig.folder}\n"
+    )
+    sys.stderr.flush()
+    try:
+        commanded.work(lambda: True)
+    except KeyboardInterrupt:
+        pass
+    except BaseException as error:
+        server.stop()
+        commanded.rig.close(error)
+        raise
+    server.stop()
+    commanded.rig.close()
+    return commanded.rig
