@@ -24,6 +24,7 @@ specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Measured
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
 records    show gives the Run of a folder, open_run its RunReader; figures
+live       Rig, driven step by step; its Reading and Mark
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
            compare gives a Comparison, with an Alignment; calibrate gives a Calibration;
            design gives a Design; report writes a page
@@ -53,6 +54,9 @@ if TYPE_CHECKING:
     from app.client import Client
     from app.interactive.results import Run
     from app.interactive.running import resume, run, show
+    from app.live.readings import Reading
+    from app.live.recording import Mark
+    from app.live.rig import LiveRig as Rig
     from app.records.analysis import analyse
     from app.records.analysis import read_file as read_measured
     from app.records.reader import RunReader
@@ -133,6 +137,7 @@ __all__ = [
     "KnitlabError",
     "Loaded",
     "LogSpec",
+    "Mark",
     "Material",
     "MeasuredYarn",
     "Measurement",
@@ -141,8 +146,10 @@ __all__ = [
     "Protocol",
     "ProtocolError",
     "Ramp",
+    "Reading",
     "RelaxationTerm",
     "Repeat",
+    "Rig",
     "Run",
     "RunReader",
     "RunResult",
@@ -210,6 +217,7 @@ _HOMES: Final = {
     "KnitlabError": "knitlab_core.errors:KnitlabError",
     "Loaded": "app.schemas:Loaded",
     "LogSpec": "rigs.protocol.protocol:LogSpec",
+    "Mark": "app.live.recording:Mark",
     "Material": "knitlab_core.materials:Material",
     "MeasuredYarn": "knitlab_core.materials:MeasuredYarn",
     "Measurement": "rigs.measurement:Measurement",
@@ -218,8 +226,10 @@ _HOMES: Final = {
     "Protocol": "rigs.protocol.protocol:Protocol",
     "ProtocolError": "app.schemas.errors:ProtocolError",
     "Ramp": "rigs.protocol.protocol:Ramp",
+    "Reading": "app.live.readings:Reading",
     "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
     "Repeat": "rigs.protocol.protocol:Repeat",
+    "Rig": "app.live.rig:LiveRig",
     "Run": "app.interactive.results:Run",
     "RunReader": "app.records.reader:RunReader",
     "RunResult": "app.runs.publishing:RunResult",

@@ -53,10 +53,7 @@ def live(
     def mount() -> LiveRig:
         return LiveRig(loaded, out, pace=pace, draw=draw_here if pictures else None)
 
-    rig = serve_rig(mount, host, port, idle=idle)
-    result = rig.result
-    if result is None:
-        return
+    result = serve_rig(mount, host, port, idle=idle).result
     said = f"{': ' if result.message else ''}{result.message}"
     complain(f"{result.folder}: {len(result.steps)} steps, {result.outcome}{said}")
     raise typer.Exit(exit_code(result))

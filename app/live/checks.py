@@ -27,7 +27,7 @@ def checked(test: Recording, machines: Mapping[MachineName, MachineData], step: 
     Raises
     ------
     SpecificationError
-        If the test has ended, the step does not fit the rig or passes a limit of its machines, or the test gets too long.
+        If the test has ended or gets too long, or the step does not fit the rig or passes a limit of its machines.
     """
     name = step_name(step)
     require_going_on(test, name)

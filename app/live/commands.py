@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import queue
 import re
+import threading
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -84,12 +85,18 @@ class CommandedRig:
     mount: Callable[[], LiveRig]
     rig: LiveRig
     _errors: deque[str] = field(default_factory=deque)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
     _jobs: queue.Queue[Job] = field(default_factory=lambda: queue.Queue(MOST_MOVES))
 
     @property
     def busy(self) -> bool:
         """Return whether a move is under way or waits."""
         return self._jobs.unfinished_tasks > 0
+
+    @property
+    def waiting(self) -> int:
+        """Return how many moves wait."""
+        return self._jobs.qsize()
 
     def work(self, goes_on: Callable[[], bool]) -> None:
         """Do moves as they come, as long as `goes_on` says so."""
@@ -117,11 +124,12 @@ class CommandedRig:
 
     def refuse(self, error: CommandError) -> None:
         """Put an error into the queue."""
-        if len(self._errors) >= MOST_ERRORS:
-            self._errors[-1] = f'-350,"{ERRORS[-350]}"'
-            return
         text = f"{ERRORS[error.number]};{' '.join(error.detail.split())}"[:LONGEST_TEXT].replace('"', '""')
-        self._errors.append(f'{error.number},"{text}"')
+        with self._lock:
+            if len(self._errors) < MOST_ERRORS:
+                self._errors.append(f'{error.number},"{text}"')
+            else:
+                self._errors[-1] = f'-350,"{ERRORS[-350]}"'
 
     def do(self, command: str) -> str | None:
         """Do one command of a line, such as ``MEAS:FORC? C``; return the answer of a query.
@@ -149,7 +157,8 @@ class CommandedRig:
 
     def next_error(self) -> str:
         """Return the oldest error, and take it out of the queue."""
-        return self._errors.popleft() if self._errors else f'0,"{ERRORS[0]}"'
+        with self._lock:
+            return self._errors.popleft() if self._errors else f'0,"{ERRORS[0]}"'
 
     def count_errors(self) -> int:
         """Return how many errors there are."""
@@ -157,7 +166,8 @@ class CommandedRig:
 
     def clear(self) -> None:
         """Drop all errors."""
-        self._errors.clear()
+        with self._lock:
+            self._errors.clear()
 
 
 def as_command_error(error: KnitlabError) -> CommandError:
@@ -247,7 +257,7 @@ def _state(rig: CommandedRig, _: list[str]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.9E}"
+    return f"{value:.16E}"
 
 
 def _pattern(header: str) -> re.Pattern[str]:

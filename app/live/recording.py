@@ -104,8 +104,8 @@ class Recording:
     _closing: bool = False
     _open: ExitStack = field(default_factory=ExitStack)
 
-    def begin(self, state: State) -> None:
-        """Lock the folder, create the record, and record the specimen as mounted."""
+    def open(self, state: State) -> None:
+        """Lock the folder and create the record, to be closed by `close`."""
         self.planner = Planner(protocol=self.task.loaded.protocol, gauges=self.mounted.gauges)
         with kept_in(self.task.folder), ExitStack() as opened:
             opened.enter_context(locked(self.task.folder))
@@ -114,7 +114,6 @@ class Recording:
             self._open = opened.pop_all()
         self.session = session_of(self.mounted, state, self.planner)
         self._perform()
-        self.go_on()
 
     @property
     def protocol(self) -> Protocol:

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import TracebackType
 
-    from app.live.checks import checked, require_going_on
-from app.live.moves import Quantity
+    from app.live.moves import Quantity
     from app.live.pace import Speed
     from app.runs.publishing import RunResult
     from app.runs.runner import Watch
@@ -69,8 +68,6 @@ class LiveRig:
     ----------
     folder : Path
         The run folder.
-    result : RunResult or None
-        How the run ended, once the rig is closed.
 
     Raises
     ------
@@ -96,15 +93,16 @@ class LiveRig:
         with kept_in(wanted):
             self.folder = make_run_folder(wanted)
         self._watch = watch
-        self.result: RunResult | None = None
+        self._result: RunResult | None = None
         self._closed = False
         self._marks: list[Mark] = []
         self._machines = fitted_machines(loaded)
         task = make_task(loaded, self.folder, began, quiet, self._show, draw=draw)
         self._test = Recording(task=task, mounted=mounted, pace=clock)
+        self._test.open(state)
+        self._reading = reading_of(self._test.session)
         try:
-            self._test.begin(state)
-            self._reading = reading_of(self._test.session)
+            self._test.go_on()
             for leaf in unrolled(given.protocol.steps):
                 if self._test.outcome is None:
                     self.do(leaf.step)
@@ -249,11 +247,24 @@ class LiveRig:
         self._test.go_back(mark)
         self._reading = reading_of(self._test.session)
 
-    def close(self, error: BaseException | None = None) -> RunResult | None:
+    @property
+    def result(self) -> RunResult:
+        """Return how the run ended.
+
+        Raises
+        ------
+        SpecificationError
+            If the rig is open, or log and pictures could not be written.
+        """
+        if self._result is None:
+            raise SpecificationError("result", "a run without an end", "a rig that was closed")
+        return self._result
+
+    def close(self, error: BaseException | None = None) -> RunResult:
         """End the test, write log and pictures, and return how it ended; an error that broke it off is recorded."""
-        if self.result is None and not self._closed:
+        if not self._closed:
             self._closed = True
-            self.result = self._test.close(error)
+            self._result = self._test.close(error)
         return self.result
 
     def __enter__(self) -> Self:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import socket
 import sys
 import threading
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from app.live.commands import ABORTS, RESETS, WAITS, CommandedRig, CommandError
@@ -14,7 +15,7 @@ from app.service.address import is_loopback
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from app.live.rig import LiveRig
 
@@ -40,43 +41,24 @@ class CommandServer:
     ----------
     rig : CommandedRig
         The rig.
-    host, port : str, int
-        Where to listen: an address of this machine's own; port 0 is a free one.
+    listener : socket
+        Where it listens; see `listen`. It is closed at the end.
     idle : float
         Time after which a client that is silent while nothing moves is disconnected [s].
-
-    Raises
-    ------
-    SpecificationError
-        If the address is not this machine's own.
     """
 
-    def __init__(self, rig: CommandedRig, host: str, port: int, *, idle: float) -> None:
-        if not is_loopback(host):
-            raise SpecificationError("host", host, "a loopback address: who reaches the port drives the rig")
-        self._rig, self._host, self._port, self._idle = rig, host, port, idle
+    def __init__(self, rig: CommandedRig, listener: socket.socket, *, idle: float) -> None:
+        self._rig, self._listener, self._idle = rig, listener, idle
         self._occupied = False
         self._ready, self._ended = threading.Event(), asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
 
-    def start(self) -> int:
-        """Begin to listen; return the port.
-
-        Raises
-        ------
-        OSError
-            If the port is taken.
-        """
-        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
-        listener = socket.create_server((self._host, self._port), family=family)
-        port = int(listener.getsockname()[1])
-        self._thread = threading.Thread(
-            target=lambda: asyncio.run(self._listen(listener)), name="knitlab-live", daemon=True
-        )
+    def start(self) -> None:
+        """Begin to serve."""
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._listen()), name="knitlab-live", daemon=True)
         self._thread.start()
         self._ready.wait()
-        return port
 
     def stop(self) -> None:
         """Disconnect the client, and listen no more."""
@@ -84,10 +66,10 @@ class CommandServer:
             self._loop.call_soon_threadsafe(self._ended.set)
             self._thread.join()
 
-    async def _listen(self, listener: socket.socket) -> None:
+    async def _listen(self) -> None:
         """Serve clients until the server is stopped."""
         self._loop = asyncio.get_running_loop()
-        server = await asyncio.start_server(self._serve, sock=listener, limit=LONGEST_LINE)
+        server = await asyncio.start_server(self._serve, sock=self._listener, limit=LONGEST_LINE)
         self._ready.set()
         await self._ended.wait()
         server.close()
@@ -214,36 +196,64 @@ def _taken_out(lines: asyncio.Queue[str | None], wanted: Callable[[str], object]
     return len(left) < len(waiting)
 
 
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at an address of this machine's own; port 0 is a free one.
+
+    Raises
+    ------
+    SpecificationError
+        If other machines could reach it.
+    OSError
+        If the port is taken.
+    """
+    if not is_loopback(host):
+        raise SpecificationError("host", host, "a loopback address: who reaches the port drives the rig")
+    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+
+
 def serve_rig(mount: Callable[[], LiveRig], host: str, port: int, *, idle: float) -> LiveRig:
-    """Serve a rig until Ctrl-C; return it, closed.
+    """Serve a rig until Ctrl-C or SIGTERM; return it, closed.
 
     Parameters
     ----------
     mount : callable
         Mounts a specimen, at the start and on ``*RST``.
-    host, port, idle
-        As `CommandServer` has them.
+    host, port : str, int
+        Where to listen; see `listen`.
+    idle : float
+        As `CommandServer` has it [s].
     """
-    commanded = CommandedRig(mount=mount, rig=mount())
-    try:
-        server = CommandServer(commanded, host, port, idle=idle)
-        bound = server.start()
-    except BaseException as error:
-        commanded.rig.close(error)
-        raise
-    address = f"[{host}]" if ":" in host else host
-    sys.stderr.write(
-        f"knitlab live on {address}:{bound}, {commanded.rig.protocol.rig}; run in {commanded.rig.folder}\n"
-    )
+    with _interrupted_by_sigterm(), listen(host, port) as listener:
+        commanded = CommandedRig(mount=mount, rig=mount())
+        try:
+            _serve_until_interrupted(commanded, listener, idle)
+        except BaseException as error:
+            commanded.rig.close(error)
+            raise
+        commanded.rig.close()
+    return commanded.rig
+
+
+def _serve_until_interrupted(commanded: CommandedRig, listener: socket.socket, idle: float) -> None:
+    """Serve a rig until Ctrl-C; a move that it interrupts ends the test."""
+    host, port = listener.getsockname()[:2]
+    address, rig = f"[{host}]" if ":" in host else host, commanded.rig
+    server = CommandServer(commanded, listener, idle=idle)
+    server.start()
+    sys.stderr.write(f"knitlab live on {address}:{port}, {rig.protocol.rig}; run in {rig.folder}\n")
     sys.stderr.flush()
     try:
-        commanded.work(lambda: True)
-    except KeyboardInterrupt:
-        pass
-    except BaseException as error:
+        with suppress(KeyboardInterrupt):
+            commanded.work(lambda: True)
+    finally:
         server.stop()
-        commanded.rig.close(error)
-        raise
-    server.stop()
-    commanded.rig.close()
-    return commanded.rig
+
+
+@contextmanager
+def _interrupted_by_sigterm() -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C in this block."""
+    before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
