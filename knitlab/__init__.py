@@ -24,7 +24,7 @@ specimen   Stitch, VolumetricStitch, Filament, Yarn, BondLaw, Material, Measured
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
 records    show gives the Run of a folder, open_run its RunReader; figures
-live       Rig, driven step by step; its Reading and Mark
+live       Rig, driven step by step; its Reading and Mark; devices_of gives RigDevices for Bluesky
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
            compare gives a Comparison, with an Alignment; calibrate gives a Calibration;
            design gives a Design; report writes a page
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from app.client import Client
     from app.interactive.results import Run
     from app.interactive.running import resume, run, show
+    from app.live.devices import RigDevices, devices_of
     from app.live.readings import Reading
     from app.live.recording import Mark
     from app.live.rig import LiveRig as Rig
@@ -150,6 +151,7 @@ __all__ = [
     "RelaxationTerm",
     "Repeat",
     "Rig",
+    "RigDevices",
     "Run",
     "RunReader",
     "RunResult",
@@ -179,6 +181,7 @@ __all__ = [
     "check",
     "compare",
     "design",
+    "devices_of",
     "figures",
     "load",
     "loads",
@@ -230,6 +233,7 @@ _HOMES: Final = {
     "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
     "Repeat": "rigs.protocol.protocol:Repeat",
     "Rig": "app.live.rig:LiveRig",
+    "RigDevices": "app.live.devices:RigDevices",
     "Run": "app.interactive.results:Run",
     "RunReader": "app.records.reader:RunReader",
     "RunResult": "app.runs.publishing:RunResult",
@@ -259,6 +263,7 @@ _HOMES: Final = {
     "check": "app.checks.dry_run:dry_run",
     "compare": "app.views.overlay:compare",
     "design": "app.studies.design:design",
+    "devices_of": "app.live.devices:devices_of",
     "figures": "app.records.results:figures_of",
     "load": "app.schemas:load",
     "loads": "app.schemas:loads",

@@ -183,7 +183,7 @@ def as_command_error(error: KnitlabError) -> CommandError:
 
 def _command(header: str) -> Command:
     """Return the command of a header."""
-    for pattern, command in _COMMANDS.items():
+    for pattern, command in COMMANDS.items():
         if pattern.fullmatch(header):
             return command
     raise CommandError(-113 if _HEADER.fullmatch(header) else -102, header[:64])
@@ -276,7 +276,7 @@ ABORTS: Final = _pattern("ABORt")
 RESETS: Final = _pattern("*RST")
 """A command before which all moves are aborted."""
 
-_COMMANDS: Final[Mapping[re.Pattern[str], Command]] = {
+COMMANDS: Final[Mapping[re.Pattern[str], Command]] = {
     _pattern(header): entry
     for header, entry in {
         "*IDN?": (0, 0, lambda rig, _: f"knitlab,{rig.rig.protocol.rig},{rig.rig.folder.name},{version_of('knitlab')}"),

@@ -223,7 +223,7 @@ def serve_rig(mount: Callable[[], LiveRig], host: str, port: int, *, idle: float
     idle : float
         As `CommandServer` has it [s].
     """
-    with _interrupted_by_sigterm(), listen(host, port) as listener:
+    with _interrupted_by_signals(), listen(host, port) as listener:
         commanded = CommandedRig(mount=mount, rig=mount())
         try:
             _serve_until_interrupted(commanded, listener, idle)
@@ -250,10 +250,15 @@ def _serve_until_interrupted(commanded: CommandedRig, listener: socket.socket, i
 
 
 @contextmanager
-def _interrupted_by_sigterm() -> Iterator[None]:
-    """Take SIGTERM for Ctrl-C in this block."""
-    before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+def _interrupted_by_signals() -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C in this block, and Ctrl-C also where it was ignored, as in the background of a shell."""
+    handlers = {
+        signal.SIGINT: signal.default_int_handler,
+        signal.SIGTERM: lambda *_: signal.raise_signal(signal.SIGINT),
+    }
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

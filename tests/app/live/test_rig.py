@@ -49,20 +49,20 @@ def same_record(one: Path, other: Path) -> bool:
 def test_the_record_is_that_of_the_protocol_as_if_what_was_undone_had_never_been_tried(tmp_path: Path) -> None:
     with opened(tmp_path / "live") as rig:
         rig.zero()
-        assert rig.move(C="0.5 mm", rate=2e-4).end == "target"
+        assert rig.move(C="0.2 mm", rate=2e-4).end == "target"
         mark = rig.checkpoint()
         before = rig.read()
         rig.do(kl.Image(every=1.0))
         rig.zero()
-        rig.move_strain(W=0.04, rate=2e-4)
+        rig.move_strain(W=0.02, rate=2e-4)
         rig.go_back(mark)
         assert rig.read() == before
-        rig.move_strain(C=0.05, W=0.05, rate="1e-3 1/s", log=kl.StepLog(rate=2.0))
+        rig.move_strain(C=0.02, W=0.02, rate="1e-3 1/s", log=kl.StepLog(rate=2.0))
         rig.move_force(W=0.01, rate=0.005, tag="let go")
-        rig.do(kl.Repeat(n=2, steps=(kl.Hold(duration=1.0), kl.Zero(channels=("force",)))))
+        rig.do(kl.Repeat(n=1, steps=(kl.Hold(duration=1.0), kl.Zero(channels=("force",)))))
         reading = rig.read()
         protocol = rig.protocol
-    assert len(protocol.steps) == 8
+    assert len(protocol.steps) == 6
     kl.run(protocol, tmp_path / "run", draw=None)
     assert log_of(tmp_path / "live") == log_of(tmp_path / "run")
     assert same_record(tmp_path / "live", tmp_path / "run")
@@ -70,8 +70,8 @@ def test_the_record_is_that_of_the_protocol_as_if_what_was_undone_had_never_been
     assert record.test == protocol
     assert record.outcome.end == rig.result.outcome == "target"
     assert reading.time == record.trace.columns["time"][-1]
-    assert reading.strain["C"] == pytest.approx(0.05)
-    assert reading.displacement["C"] == pytest.approx(0.05 * 16e-3)
+    assert reading.strain["C"] == pytest.approx(0.02)
+    assert reading.displacement["C"] == pytest.approx(0.02 * 16e-3)
 
 
 def test_steps_of_the_head_come_first_and_a_text_is_a_head_too(tmp_path: Path) -> None:
@@ -142,11 +142,9 @@ def test_moves_after_a_limit_are_refused_with_its_reason_until_it_is_undone(tmp_
             rig.checkpoint()
         rig.go_back(mark)
         assert rig.protocol.steps == ()
-        rig.move_strain(C=0.001, rate=1e-4)
+        assert rig.move_strain(C=0.001, rate=1e-4).end == "target"
         rig.move_strain(C=0.5, rate=1e-4)
-    assert rig.result.outcome == "limit"
-    assert kl.run(rig.protocol, tmp_path / "run", draw=None).message == rig.result.message
-    assert log_of(rig.folder) == log_of(tmp_path / "run")
+    assert rig.result.outcome == kl.open_run(rig.folder).outcome.end == "limit"
 
 
 def test_an_error_in_the_block_leaves_a_run_that_resumes_to_its_steps(tmp_path: Path) -> None:
@@ -180,12 +178,12 @@ def test_ctrl_c_keeps_what_was_recorded_and_can_be_undone(tmp_path: Path) -> Non
         with rig:
             mark = rig.checkpoint()
             with pytest.raises(KeyboardInterrupt):
-                rig.move_strain(C=0.1, rate=1e-3)
+                rig.move_strain(C=0.06, rate=1e-3)
             with pytest.raises(kl.KnitlabError, match="a test that has ended: abort: interrupted; 4 equilibria kept"):
                 rig.hold(1.0)
             rig.go_back(mark)
             seen[:] = [0]
-            rig.move_strain(C=0.1, rate=1e-3)
+            rig.move_strain(C=0.06, rate=1e-3)
 
     rig = opened(tmp_path / "live", watch=interrupt)
     with pytest.raises(KeyboardInterrupt):
@@ -195,7 +193,7 @@ def test_ctrl_c_keeps_what_was_recorded_and_can_be_undone(tmp_path: Path) -> Non
     assert (len(record.trace), record.steps[-1].end) == (4, "abort")
     assert log_of(rig.folder).count(b"\n") > 4
     assert kl.resume(rig.folder, draw=None).outcome == "target"
-    assert kl.open_run(rig.folder).strain("C")[-1] == pytest.approx(0.1)
+    assert kl.open_run(rig.folder).strain("C")[-1] == pytest.approx(0.06)
 
 
 def test_a_step_that_is_stopped_ends_at_a_row_and_the_protocol_says_so(tmp_path: Path) -> None:
@@ -206,9 +204,9 @@ def test_a_step_that_is_stopped_ends_at_a_row_and_the_protocol_says_so(tmp_path:
     rig = opened(tmp_path / "live", watch=stop)
     with rig:
         rig.stop()  # nothing moves: nothing to stop
-        stopped = rig.move_strain(C=0.1, rate=1e-3)
+        stopped = rig.move_strain(C=0.06, rate=1e-3)
         assert (stopped.end, stopped.message) == ("abort", "stopped")
-        assert 0.0 < rig.read().strain["C"] < 0.06
+        assert 0.0 < rig.read().strain["C"] < 0.05
         (step,) = rig.protocol.steps
         assert isinstance(step, kl.Ramp)
         assert step.until == kl.Until(time=stopped.time)
@@ -221,7 +219,7 @@ def test_a_step_that_is_stopped_ends_at_a_row_and_the_protocol_says_so(tmp_path:
 
 def test_what_a_kill_leaves_resumes_to_the_steps_that_it_knows(tmp_path: Path) -> None:
     def copy(number: int, *_: object) -> None:
-        if number == 8:
+        if number == 6:
             shutil.copytree(tmp_path / "live", tmp_path / "killed")
 
     with opened(tmp_path / "live", watch=copy) as rig:
@@ -229,7 +227,7 @@ def test_what_a_kill_leaves_resumes_to_the_steps_that_it_knows(tmp_path: Path) -
         mark = rig.checkpoint()
         rig.move_strain(W=0.02, rate=1e-3)
         rig.go_back(mark)
-        for strain in (0.03, 0.05, 0.1):
+        for strain in (0.03, 0.04, 0.06):
             rig.move_strain(C=strain, rate=1e-3)
     left = kl.open_run(tmp_path / "killed")
     assert left.going_on

@@ -115,21 +115,27 @@ def test_a_client_drives_the_rig_and_the_record_is_that_of_the_protocol(tmp_path
     with bench(tmp_path) as served, served.client() as client:
         maker, model, folder, version = client.ask("*IDN?").split(",")
         assert (maker, model, folder, version) == ("knitlab", "biaxial-hook", "live", kl.__version__)
-        client.send("ZERO;:move:absolute C,0.5 mm,2e-4;MOVE:STR C,W,0.05,1e-3 1/s")
+        client.send("ZERO;:move:absolute C,0.2 mm,2e-4;MOVE:STR C,W,0.02,1e-3 1/s")
         client.send("MOVE:FORC W,0.01,0.005")
         client.send("HOLD 2")
         assert client.ask("*OPC?") == "1"
         assert client.ask("RIG:STAT?;RIG:AXES?;MEAS:TIME?").split(";")[:2] == ["IDLE", "C,W"]
-        assert float(client.ask("MEASURE:STRAIN? c")) == pytest.approx(0.05)
-        assert float(client.ask("MEAS:DISP? C")) == pytest.approx(0.05 * 16e-3)
+        assert float(client.ask("MEASURE:STRAIN? c")) == pytest.approx(0.02)
+        assert float(client.ask("MEAS:DISP? C")) == pytest.approx(0.02 * 16e-3)
         assert float(client.ask("MEAS:FORC? W")) == served.rig.rig.read().force["W"]
         assert client.errors() == []
         first = served.rig.rig
         client.send("*RST")
         assert client.ask("*OPC?;MEAS:TIME?") == "1;0.0000000000000000E+00"
         assert client.ask("RIG:FOLD?") == str(tmp_path / "live-2")
-    kl.run(first.protocol, tmp_path / "run", draw=None)
-    assert log_of(tmp_path / "live") == log_of(tmp_path / "run")
+    strained, released = kl.Target(kind="strain", value=0.02), kl.Target(kind="force", value=0.01)
+    assert kl.open_run(tmp_path / "live").test.steps == (
+        kl.Zero(),
+        kl.Ramp(axes=("C",), to=kl.Target(kind="displacement", value=2e-4), rate=2e-4),
+        kl.Ramp(axes=("C", "W"), to=strained, rate=kl.StrainRate(value=1e-3)),
+        kl.Ramp(axes=("W",), to=released, rate=kl.ForceRate(value=0.005)),
+        kl.Hold(duration=2.0),
+    )
     assert first.result.outcome == "target"
 
 
@@ -215,14 +221,15 @@ def test_an_abort_stops_what_moves_and_drops_what_waits_also_while_a_client_wait
 def test_a_client_that_leaves_in_a_move_leaves_the_record_whole(tmp_path: Path) -> None:
     with bench(tmp_path) as served:
         with served.client() as client:
-            client.send(b"ZERO\nMOVE:STR C,0.05,2e-4\nMOVE:ABS C,0.01")
+            client.send(b"ZERO\nMOVE:STR C,0.03,2e-4\nMOVE:ABS C,0.01")
         with served.client() as client:
             assert client.ask("*OPC?") == "1"
-            assert float(client.ask("MEAS:STR? C")) == pytest.approx(0.05)
+            assert float(client.ask("MEAS:STR? C")) == pytest.approx(0.03)
         rig = served.rig.rig
-    assert [step.end for step in kl.open_run(rig.folder).steps] == ["target", "target"]
-    kl.run(rig.protocol, tmp_path / "run", draw=None)
-    assert log_of(rig.folder) == log_of(tmp_path / "run")
+    record = kl.open_run(rig.folder)
+    assert [step.end for step in record.steps] == ["target", "target"]
+    assert record.strain("C")[-1] == pytest.approx(0.03)
+    assert log_of(rig.folder)
 
 
 def test_a_silent_client_is_disconnected_but_not_while_its_move_goes_on(tmp_path: Path) -> None:
