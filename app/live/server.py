@@ -86,7 +86,8 @@ class CommandServer:
                 finally:
                     self._occupied = False
             writer.close()
-        except (ConnectionError, TimeoutError):
+        except (ConnectionError, TimeoutError, asyncio.CancelledError):
+            # A server that is stopped cancels its clients, and asyncio 3.11 would show a task that ends so.
             writer.transport.abort()
 
     async def _send(self, writer: asyncio.StreamWriter, answer: bytes) -> None:
