@@ -18,7 +18,7 @@ from app.records.folder import make_run_folder
 from app.runs.runner import make_task, mount_specimen, quiet
 from app.runs.stopped import kept_in
 from app.runs.use_cases import RUNS, compiling
-from app.schemas import load, loads, to_yaml
+from app.schemas import load, to_yaml
 from app.views.drawing import draw_here
 from knitlab_core.errors import SpecificationError
 from rigs.protocol.step import step_name
@@ -53,8 +53,8 @@ class LiveRig:
 
     Parameters
     ----------
-    head : Path, str, Protocol or Loaded
-        Specimen, rig and log: a protocol, its file, or its text. Steps that it has are done first.
+    head : Path, str, Mapping, Protocol or Loaded
+        Specimen, rig and log: a protocol, its file, its text, or data. Steps that it has are done first.
     out : Path, str or None
         Run folder to make, under the next free name; None for one under ``runs/``.
     watch : callable or None
@@ -85,8 +85,8 @@ class LiveRig:
         draw: Draw | None = draw_here,
     ) -> None:
         began, clock = perf_counter(), Pace(pace)
-        given = loads(head) if isinstance(head, str) and "\n" in head else load(head)
-        loaded = _without_steps(given.no_sweep())
+        given = load(head).no_sweep()
+        loaded = _without_steps(given)
         wanted = RUNS / file_stem(loaded.protocol.name) if out is None else Path(out)
         with compiling():
             mounted, state = mount_specimen(loaded)
