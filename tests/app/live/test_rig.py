@@ -217,6 +217,7 @@ def test_a_step_that_is_stopped_ends_at_a_row_and_the_protocol_says_so(tmp_path:
     assert again.steps[-1].time == pytest.approx(rig.result.steps[-1].time)
 
 
+@pytest.mark.slow
 def test_what_a_kill_leaves_resumes_to_the_steps_that_it_knows(tmp_path: Path) -> None:
     def copy(number: int, *_: object) -> None:
         if number == 6:
