@@ -18,8 +18,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from app.live.command_errors import ERRORS, CommandError, as_command_error
 from app.version import version_of
-from knitlab_core.errors import KnitlabError, SpecificationError, UnitError
+from knitlab_core.errors import KnitlabError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -31,25 +32,6 @@ if TYPE_CHECKING:
     Job = Callable[[], StepRecord | None]
     Command = tuple[int, int, Callable[["CommandedRig", list[str]], str | None]]
 
-ERRORS: Final[Mapping[int, str]] = {
-    0: "No error",
-    -101: "Invalid character",
-    -102: "Syntax error",
-    -104: "Data type error",
-    -108: "Parameter not allowed",
-    -109: "Missing parameter",
-    -113: "Undefined header",
-    -131: "Invalid suffix",
-    -200: "Execution error",
-    -221: "Settings conflict",
-    -222: "Data out of range",
-    -223: "Too much data",
-    -224: "Illegal parameter value",
-    -350: "Queue overflow",
-    -363: "Input buffer overrun",
-}
-"""Errors of SCPI-99 that a rig gives."""
-
 MOST_ERRORS: Final = 32
 MOST_MOVES: Final = 64
 """Moves that may wait."""
@@ -59,15 +41,6 @@ LONGEST_TEXT: Final = 255
 
 _LOOK: Final = 0.2
 """Time between two looks whether to go on [s]."""
-
-
-class CommandError(Exception):
-    """A command that cannot be done: the number of its error, and what is wrong."""
-
-    def __init__(self, number: int, detail: str) -> None:
-        super().__init__(number, detail)
-        self.number = number
-        self.detail = detail
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -168,17 +141,6 @@ class CommandedRig:
         """Drop all errors."""
         with self._lock:
             self._errors.clear()
-
-
-def as_command_error(error: KnitlabError) -> CommandError:
-    """Return an error of knitlab under its number in SCPI."""
-    number = -200
-    if isinstance(error, UnitError):
-        number = -131
-    elif isinstance(error, SpecificationError):
-        ended = isinstance(error.found, str) and error.found.startswith(("a test that has ended", "a rig that is"))
-        number = -221 if ended else -222
-    return CommandError(number, str(error))
 
 
 def _command(header: str) -> Command:

@@ -10,7 +10,8 @@ import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-from app.live.commands import ABORTS, RESETS, WAITS, CommandedRig, CommandError
+from app.live.command_errors import CommandError
+from app.live.commands import ABORTS, RESETS, WAITS, CommandedRig
 from app.service.address import is_loopback
 from knitlab_core.errors import SpecificationError
 

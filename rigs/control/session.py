@@ -66,10 +66,8 @@ class Session:
         Time on the rig's clock [s].
     counted : Cost
         What the solver spent on the rows that were accepted.
-    torn : str or None
-        Message of the fibre that ended the test by breaking.
-    stopping : bool
-        Whether the step under way is to end at its next row.
+    torn, stopping : str or None, bool
+        Message of the fibre that ended the test by breaking; whether the step under way is to end at its next row.
     clasps : Mapping
         Nodes of the specimen's clasps, by what they join.
     """
@@ -274,10 +272,7 @@ class Session:
         return self.frame(image=tag or "image")
 
     def over(self) -> StopReason | None:
-        """Return how the last row ended the test or its step, if it did.
-
-        A rupture ends the test, and so does the limit of an instrument; a stop that was asked for ends the step.
-        """
+        """Return how the last row ended the test (a rupture, an instrument's limit) or its step (a stop), if it did."""
         if self.torn is not None:
             return StopReason(end="rupture", message=self.torn, test=True)
         for instrument in self.rig.instruments:

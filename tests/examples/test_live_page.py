@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.live import commands
+from app.live import command_errors, commands
 
 PAGE = (Path(__file__).parents[2] / "docs" / "live.md").read_text(encoding="utf-8")
 
@@ -35,4 +35,4 @@ def test_the_page_lists_every_command_and_error() -> None:
     assert known == said
     assert len(known - {"ABORt"}) == len(commands.COMMANDS) - 1  # one is listed in its short form alone
     errors = {int(number) for number in re.findall(r"(-\d{3})\b", PAGE)}
-    assert errors == set(commands.ERRORS) - {0}
+    assert errors == set(command_errors.ERRORS) - {0}
