@@ -25,6 +25,7 @@ specimen   Stitch, VolumetricStitch, Filament, Edges, Yarn, BondLaw, Material, M
 files      load, loads, to_yaml, parse_quantity
 tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
 records    show gives the Run of a folder, open_run its RunReader; figures
+live       Rig, driven step by step; its Reading and Mark; devices_of gives RigDevices for Bluesky
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
            compare gives a Comparison, with an Alignment; calibrate gives a Calibration;
            design gives a Design; report writes a page
@@ -54,6 +55,10 @@ if TYPE_CHECKING:
     from app.client import Client
     from app.interactive.results import Run
     from app.interactive.running import resume, run, show
+    from app.live.devices import RigDevices, devices_of
+    from app.live.readings import Reading
+    from app.live.recording import Mark
+    from app.live.rig import LiveRig as Rig
     from app.records.analysis import analyse
     from app.records.analysis import read_file as read_measured
     from app.records.reader import RunReader
@@ -136,6 +141,7 @@ __all__ = [
     "KnitlabError",
     "Loaded",
     "LogSpec",
+    "Mark",
     "Material",
     "MeasuredYarn",
     "Measurement",
@@ -144,8 +150,11 @@ __all__ = [
     "Protocol",
     "ProtocolError",
     "Ramp",
+    "Reading",
     "RelaxationTerm",
     "Repeat",
+    "Rig",
+    "RigDevices",
     "Run",
     "RunReader",
     "RunResult",
@@ -175,6 +184,7 @@ __all__ = [
     "check",
     "compare",
     "design",
+    "devices_of",
     "figures",
     "load",
     "loads",
@@ -214,6 +224,7 @@ _HOMES: Final = {
     "KnitlabError": "knitlab_core.errors:KnitlabError",
     "Loaded": "app.schemas:Loaded",
     "LogSpec": "rigs.protocol.protocol:LogSpec",
+    "Mark": "app.live.recording:Mark",
     "Material": "knitlab_core.materials:Material",
     "MeasuredYarn": "knitlab_core.materials:MeasuredYarn",
     "Measurement": "rigs.measurement:Measurement",
@@ -222,8 +233,11 @@ _HOMES: Final = {
     "Protocol": "rigs.protocol.protocol:Protocol",
     "ProtocolError": "app.schemas.errors:ProtocolError",
     "Ramp": "rigs.protocol.protocol:Ramp",
+    "Reading": "app.live.readings:Reading",
     "RelaxationTerm": "knitlab_core.materials:RelaxationTerm",
     "Repeat": "rigs.protocol.protocol:Repeat",
+    "Rig": "app.live.rig:LiveRig",
+    "RigDevices": "app.live.devices:RigDevices",
     "Run": "app.interactive.results:Run",
     "RunReader": "app.records.reader:RunReader",
     "RunResult": "app.runs.publishing:RunResult",
@@ -253,6 +267,7 @@ _HOMES: Final = {
     "check": "app.checks.dry_run:dry_run",
     "compare": "app.views.overlay:compare",
     "design": "app.studies.design:design",
+    "devices_of": "app.live.devices:devices_of",
     "figures": "app.records.results:figures_of",
     "load": "app.schemas:load",
     "loads": "app.schemas:loads",

@@ -168,7 +168,7 @@ def dry_run(source: Source) -> Plan:
             *budget_warnings(budget),
             *limit_warnings(spec, strain),
             *_fusing_warning(spec, facts.clearance),
-            *_limit_warnings(protocol, machines, planned),
+            *passed_limits(protocol, machines, planned),
         ],
         defaults=loaded.defaults,
     )
@@ -184,10 +184,10 @@ def _fusing_warning(spec: SpecimenSpec, clearance: float) -> list[str]:
     ]
 
 
-def _limit_warnings(
+def passed_limits(
     protocol: Protocol, machines: Mapping[MachineName, MachineData], planned: Sequence[Stroke]
 ) -> list[str]:
-    """Return a warning for each limit of the rig's machines that would be passed."""
+    """Return a line for each limit of the rig's machines that some strokes would pass."""
     drives = protocol.drives
     warnings = []
     for machine, data in machines.items():

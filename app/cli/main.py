@@ -19,6 +19,7 @@ from app.cli.compare import COMPARE_HELP, compare
 from app.cli.design import DESIGN_HELP, design
 from app.cli.exit_codes import UNWRITABLE, USAGE, error_exit_code
 from app.cli.export import EXPORT_HELP, export
+from app.cli.live import LIVE_HELP, live
 from app.cli.printing import PRINT_HELP, print_
 from app.cli.remote import remote
 from app.cli.report import REPORT_HELP, report
@@ -192,6 +193,7 @@ knitlab.command(
 )(resume)
 
 
+knitlab.command(short_help="Let lab software drive a rig: SCPI-like commands over TCP.", epilog=LIVE_HELP)(live)
 knitlab.command(name="print", short_help="Check the knit for a 3D printer; write STL, 3MF, layers.", epilog=PRINT_HELP)(
     print_
 )

@@ -7,7 +7,7 @@ it counts are on the disk before it is.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -29,7 +29,7 @@ from rigs.protocol.strokes import History, Readings
 from rigs.record import Equilibrium
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from app.records.writer import RunWriter
@@ -105,11 +105,14 @@ class Keeper:
         What the run is of.
     began : float
         When the run began, on the clock of `perf_counter`, earlier sessions counted in [s].
+    text : callable or None
+        Returns the protocol so far where its steps come one by one; None for a protocol that is known from the start.
     """
 
     path: Path
     origin: Origin
     began: float
+    text: Callable[[], str] | None = None
     _due: float = field(default=0.0, init=False)
 
     def keep(self, checkpoint: Checkpoint, writer: RunWriter, zeroings: list[Zeroing]) -> None:
@@ -117,6 +120,8 @@ class Keeper:
         begin = perf_counter()
         if begin < self._due:
             return
+        if self.text is not None:
+            self.set_protocol(self.text(), writer)
         writer.sync()
         saved = Saved(
             origin=self.origin,
@@ -128,6 +133,18 @@ class Keeper:
         save(self.path, saved)
         end = perf_counter()
         self._due = end + max(EVERY, (end - begin) / SHARE)
+
+    def set_protocol(self, text: str, writer: RunWriter) -> None:
+        """Replace the protocol in the record; a checkpoint of the one before is removed, for it fits no longer."""
+        if text != self.origin.protocol:
+            self.forget()
+            self.origin = replace(self.origin, protocol=text)
+            writer.set_protocol(text)
+
+    def forget(self) -> None:
+        """Remove the checkpoint, if there is one; the next is written at once."""
+        self.path.unlink(missing_ok=True)
+        self._due = 0.0
 
 
 def save(path: Path, saved: Saved) -> None:

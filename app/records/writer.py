@@ -96,6 +96,11 @@ class RunWriter:
             _append(self._file["tags"], _clipped(tag, TAG_BYTES))
         return self._tags.index(tag)
 
+    def set_protocol(self, text: str) -> None:
+        """Replace the protocol by one with other steps, as a live rig does."""
+        self._file["protocol"][()] = text
+        self._commit()
+
     def append(self, row: Equilibrium) -> None:
         """Append an accepted equilibrium; after it returns a kill does not lose the row."""
         values = row.numbers() | {"phase": PHASES.index(row.phase), "tag": self._tag(row.tag)}

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from rigs.control.checkpoint import Checkpoint
+from rigs.control.experiment import Waiting
 from rigs.instruments.zeros import Zeroing
 from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
@@ -50,6 +51,8 @@ class Journal:
         Rows of this session so far.
     zeroings : list of Zeroing
         Those so far.
+    step : StepRecord or None
+        The step that began or ended last.
     done : float
         Share of the run that is done [1].
     window : callable
@@ -65,35 +68,52 @@ class Journal:
     before: Trace | None = None
     rows: list[Equilibrium] = field(default_factory=list)
     zeroings: list[Zeroing] = field(default_factory=list)
+    step: StepRecord | None = None
     done: float = 0.0
     window: Callable[[], AbstractContextManager[None]] = nullcontext
 
     def record(self, events: Iterator[Event]) -> Outcome:
         """Record every event; an interrupt ends the test and keeps the events so far."""
+        outcome = self.record_steps(events)
+        if outcome is None:
+            raise RuntimeError("a test with all its steps must not wait for one")
+        return outcome
+
+    def record_steps(self, events: Iterator[Event]) -> Outcome | None:
+        """Do the same until the test waits for its next step; return its outcome, None if it goes on."""
         try:
             while True:
                 with self.window():
                     event = next(events, None)
                 match event:
-                    case Equilibrium():
-                        self.writer.append(event)
-                        self.rows.append(event)
-                        self._show(event)
-                    case Checkpoint():
-                        self.keeper.keep(event, self.writer, self.zeroings)
-                    case Frame():
-                        self.writer.add_frame(event)
-                    case StepRecord():
-                        self.writer.add_step(event)
-                    case Zeroing():
-                        self.writer.add_zero(event)
-                        self.zeroings.append(event)
+                    case Waiting():
+                        return None
                     case Outcome():
                         return event
                     case None:
                         raise RuntimeError("a test must end with an outcome")
+                    case _:
+                        self._keep(event)
         except KeyboardInterrupt:
             return Outcome(end="abort", message=f"interrupted; {self.writer.rows} equilibria kept")
+
+    def _keep(self, event: Event) -> None:
+        """Record an event of the test that goes on."""
+        match event:
+            case Equilibrium():
+                self.writer.append(event)
+                self.rows.append(event)
+                self._show(event)
+            case Checkpoint():
+                self.keeper.keep(event, self.writer, self.zeroings)
+            case Frame():
+                self.writer.add_frame(event)
+            case StepRecord():
+                self.writer.add_step(event)
+                self.step = event
+            case Zeroing():
+                self.writer.add_zero(event)
+                self.zeroings.append(event)
 
     @property
     def trace(self) -> Trace:

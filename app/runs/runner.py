@@ -126,6 +126,15 @@ def mount_specimen(loaded: Loaded) -> tuple[Rig, State]:
 
 def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     """Run a test from its start and write its record, ``run.h5``."""
+    begin_record(task, rig, state)
+    with interrupts_held() as window, RunWriter(task.record) as writer:
+        journal = journal_of(task, rig, writer, window)
+        outcome, figures = _tested(task, rig, journal, perform(rig, state, task.loaded.protocol))
+    return published(task, journal, outcome, figures)
+
+
+def begin_record(task: Task, rig: Rig, state: State) -> None:
+    """Create the record of a test, without rows, in the place of an older one."""
     protocol, clasps = task.loaded.protocol, clasp_nodes(rig.specimen)
     make_record(
         task.record,
@@ -152,10 +161,6 @@ def run_from_start(task: Task, rig: Rig, state: State) -> RunResult:
     )
     # An older checkpoint does not belong to the new record.
     task.checkpoint.unlink(missing_ok=True)
-    with interrupts_held() as window, RunWriter(task.record) as writer:
-        journal = _journal(task, rig, writer, window)
-        outcome, figures = _finish(task, rig, journal, perform(rig, state, protocol))
-    return _published(task, journal, outcome, figures)
 
 
 def _plates(rig: Rig) -> tuple[IntArray, IntArray] | None:
@@ -173,12 +178,12 @@ def resume(task: Task, saved: Saved, before: Trace) -> RunResult:
     rig = restore(laid, checkpoint)
     task = replace(task, began=task.began - saved.seconds)
     with interrupts_held() as window, RunWriter(task.record, saved.lengths) as writer:
-        journal = _journal(task, rig, writer, window)
+        journal = journal_of(task, rig, writer, window)
         journal.before = before.first(writer.rows)
         journal.zeroings.extend(saved.zeroings)
         events = perform(rig, checkpoint.state, protocol, cursor=checkpoint.cursor)
-        outcome, figures = _finish(task, rig, journal, events)
-    return _published(task, journal, outcome, figures)
+        outcome, figures = _tested(task, rig, journal, events)
+    return published(task, journal, outcome, figures)
 
 
 def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: Draw | None) -> RunResult:
@@ -202,7 +207,8 @@ def reopen(record: RunReader, saved: Saved | None, progress: Progress, *, draw: 
     return result_of(outcome, figures, record)
 
 
-def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
+def journal_of(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], AbstractContextManager[None]]) -> Journal:
+    """Return the recorder of a test that begins."""
     return Journal(
         writer=writer,
         keeper=Keeper(path=task.checkpoint, origin=task.origin, began=task.began),
@@ -214,9 +220,13 @@ def _journal(task: Task, rig: Rig, writer: RunWriter, window: Callable[[], Abstr
     )
 
 
-def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> tuple[Outcome, tuple[Figure, ...]]:
-    """Record a test to its end, then the samples of its instruments; return how it ended, and its figures."""
-    outcome = _located(task.loaded, lambda: journal.record(events))
+def _tested(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> tuple[Outcome, tuple[Figure, ...]]:
+    """Record a test to its end; return how it ended, and its figures."""
+    return finish_record(task, rig, journal, _located(task.loaded, lambda: journal.record(events)))
+
+
+def finish_record(task: Task, rig: Rig, journal: Journal, outcome: Outcome) -> tuple[Outcome, tuple[Figure, ...]]:
+    """Record the samples of the instruments and how a test ended; return this, and its figures."""
     protocol, trace = task.loaded.protocol, journal.trace
     log = protocol.log
     if outcome.end == "target" and not outcome.message:
@@ -247,7 +257,7 @@ def _finish(task: Task, rig: Rig, journal: Journal, events: Iterator[Event]) -> 
     return outcome, figures
 
 
-def _published(task: Task, journal: Journal, outcome: Outcome, figures: tuple[Figure, ...]) -> RunResult:
+def published(task: Task, journal: Journal, outcome: Outcome, figures: tuple[Figure, ...]) -> RunResult:
     """Write the views of a test; the checkpoint is removed unless the test was interrupted.
 
     After an interrupt the progress stays at the share that was done [1].

@@ -93,7 +93,7 @@ def run_protocol(
     began = perf_counter() if began is None else began
     loaded = load(source, chosen).one_test()
     wanted = RUNS / file_stem(loaded.protocol.name) if out is None else Path(out)
-    with _compiling():
+    with compiling():
         rig, state = mount_specimen(loaded)
         with kept_in(wanted):
             folder = _exactly(wanted) if exact else make_run_folder(wanted)
@@ -154,7 +154,7 @@ def resume_run(
             return reopen(record, saved, progress, draw=draw)
         loaded = _as_begun(folder / RECORD, record, saved)
         task = make_task(loaded, folder, began, progress, watch, draw=draw)
-        with _compiling():
+        with compiling():
             if record is None:
                 _set_aside(folder / RECORD)
             if record is None or saved is None or not reaches(folder / RECORD, saved.lengths):
@@ -180,7 +180,7 @@ def _folder(run: Path | str) -> Path:
 
 
 @contextmanager
-def _compiling() -> Iterator[None]:
+def compiling() -> Iterator[None]:
     """Announce that the first run compiles, and compile in two processes where that can help."""
     if cache_is_cold():
         sys.stderr.write(EVERY_RUN if CACHE_FOLDER is None else FIRST_RUN)

@@ -73,12 +73,25 @@ class Loaded:
         return self.resolved or self.document.text
 
     def one_test(self) -> Loaded:
-        """Return this protocol if it is one test.
+        """Return this protocol if it is one test, with steps.
 
         Raises
         ------
         ProtocolError
-            If it is a sweep.
+            If it is a sweep, or has no steps.
+        """
+        if not self.protocol.steps:
+            spot = self.document.spot(("steps",))
+            raise ProtocolError(self.document.path, spot, "steps", "[]", "one step or more")
+        return self.no_sweep()
+
+    def no_sweep(self) -> Loaded:
+        """Return this protocol if it is not a sweep.
+
+        Raises
+        ------
+        ProtocolError
+            If it is.
         """
         if not self.points:
             return self

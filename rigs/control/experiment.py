@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from knitlab_core.equilibrium.march import Failure
@@ -26,7 +26,7 @@ from rigs.record import Equilibrium, Frame, Outcome
 from rigs.step_record import StepRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Generator, Iterable, Iterator
 
     from knitlab_core.equilibrium.model import State
     from knitlab_core.equilibrium.newton import Options
@@ -36,7 +36,13 @@ if TYPE_CHECKING:
     from rigs.protocol.step import Pictures
     from rigs.protocol.unrolled import UnrolledStep
 
-Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Outcome
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A test waits: its steps so far are done, and the next is not known yet."""
+
+
+Event: TypeAlias = Equilibrium | Checkpoint | Frame | Zeroing | StepRecord | Waiting | Outcome
 
 
 def perform(
@@ -66,8 +72,17 @@ def perform(
         go on.
     """
     planner = Planner(protocol=protocol, gauges=rig.gauges)
+    session = session_of(rig, state, planner, options=options, cursor=cursor)
+    yield from perform_steps(session, planner, unrolled(protocol.steps))
+
+
+def session_of(
+    rig: Rig, state: State, planner: Planner, *, options: Options | None = None, cursor: ResumePoint | None = None
+) -> Session:
+    """Return the session of a test that begins, or resumes; the parameters are those of `perform`."""
+    protocol = planner.protocol
     controller = controller_of(rig, seed=protocol.log.seed, noise=protocol.log.noise)
-    session = Session(
+    return Session(
         rig=rig,
         state=state,
         controller=controller,
@@ -76,8 +91,15 @@ def perform(
         go_on=protocol.specimen.rupture == "go on",
         cursor=ResumePoint(memory=controller.begin(planner.begin())) if cursor is None else cursor,
     )
+
+
+def perform_steps(session: Session, planner: Planner, leaves: Iterable[UnrolledStep | None]) -> Iterator[Event]:
+    """Do steps one after the other and yield what `perform` does.
+
+    Where `leaves` gives None the next step is not known yet: a `Waiting` is yielded, and it is asked again.
+    """
     try:
-        outcome = yield from _with_checkpoints(session, _carry_out(session, planner))
+        outcome = yield from _with_checkpoints(session, _carry_out(session, planner, leaves))
     except ConvergenceError as error:
         outcome = Outcome(end="diverged", message=_account(session, error))
     if outcome.end != "target":
@@ -100,8 +122,10 @@ def _with_checkpoints(session: Session, events: Generator[Event, None, Outcome])
                 yield checkpoint
 
 
-def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Outcome]:
-    """Do the steps of a protocol that are left; return how the test ended."""
+def _carry_out(
+    session: Session, planner: Planner, leaves: Iterable[UnrolledStep | None]
+) -> Generator[Event, None, Outcome]:
+    """Do the steps that are left; return how the test ended."""
     if session.last is None:
         still = Stroke(start=session.crosshead, end=session.crosshead, duration=0.0, phase="Zero", cycle=1, force={})
         yield session.accept(session.reach(session.displacement), still, session.crosshead)
@@ -109,7 +133,10 @@ def _carry_out(session: Session, planner: Planner) -> Generator[Event, None, Out
         if session.parted():
             return Outcome(end="unravelled", message=f"nothing to test as mounted: {session.parted()}")
     done = Outcome(end="target")
-    for leaf in unrolled(planner.protocol.steps):
+    for leaf in leaves:
+        if leaf is None:
+            yield Waiting()
+            continue
         if leaf.number < session.cursor.leaf:
             continue
         ending = yield from _do_step(session, planner, leaf)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigs.axes import Axis
     from rigs.protocol.protocol import Protocol
-    from rigs.protocol.strokes import Stroke
+    from rigs.protocol.strokes import History, Stroke
     from rigs.protocol.unrolled import UnrolledStep
 
 MAX_ROWS: Final = 10_000_000
@@ -58,30 +58,38 @@ def planned_steps(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> li
     readings = Readings(displacement=dict(history.origin), force=dict.fromkeys(gauge_lengths, 0.0))
     planned = []
     for leaf in unrolled(protocol.steps):
-        made, duration = [], 0.0
-        for index in range(leaf.step.stroke_count):
-            stroke = planner.stroke(leaf, index, history, readings)
-            if stroke is None:
-                continue
-            made.append(stroke)
-            duration += stroke.duration
-            met = dict.fromkeys(stroke.named, stroke.stop_force) if stroke.stop_force is not None else {}
-            shown = {axis: last for axis, (_, last) in stroke.force.items()}
-            readings = Readings(
-                displacement=stroke.start if stroke.stop_force is not None else stroke.end,
-                force={
-                    **readings.force,
-                    **shown,
-                    **met,
-                    **(dict.fromkeys(readings.force, 0.0) if _tares(stroke) else {}),
-                },
-            )
-            history = history.after(stroke, readings)
-        until = leaf.step.until
-        if until is not None and until.time is not None:
-            duration = min(duration, until.time)
-        planned.append(Planned(leaf=leaf, strokes=made, duration=duration))
+        step, history, readings = planned_step(planner, leaf, history, readings)
+        planned.append(step)
     return planned
+
+
+def planned_step(
+    planner: Planner, leaf: UnrolledStep, history: History, readings: Readings
+) -> tuple[Planned, History, Readings]:
+    """Return a step as far as it is known beforehand, with what it leaves to the next; see `planned_steps`."""
+    made, duration = [], 0.0
+    for index in range(leaf.step.stroke_count):
+        stroke = planner.stroke(leaf, index, history, readings)
+        if stroke is None:
+            continue
+        made.append(stroke)
+        duration += stroke.duration
+        met = dict.fromkeys(stroke.named, stroke.stop_force) if stroke.stop_force is not None else {}
+        shown = {axis: last for axis, (_, last) in stroke.force.items()}
+        readings = Readings(
+            displacement=stroke.start if stroke.stop_force is not None else stroke.end,
+            force={
+                **readings.force,
+                **shown,
+                **met,
+                **(dict.fromkeys(readings.force, 0.0) if _tares(stroke) else {}),
+            },
+        )
+        history = history.after(stroke, readings)
+    until = leaf.step.until
+    if until is not None and until.time is not None:
+        duration = min(duration, until.time)
+    return Planned(leaf=leaf, strokes=made, duration=duration), history, readings
 
 
 def planned_duration(protocol: Protocol, gauge_lengths: Mapping[Axis, float]) -> float:

@@ -66,8 +66,8 @@ class Session:
         Time on the rig's clock [s].
     counted : Cost
         What the solver spent on the rows that were accepted.
-    torn : str or None
-        Message of the fibre that ended the test by breaking.
+    torn, stopping : str or None, bool
+        Message of the fibre that ended the test by breaking; whether the step under way is to end at its next row.
     clasps : Mapping
         Nodes of the specimen's clasps, by what they join.
     """
@@ -84,6 +84,7 @@ class Session:
     time: float = field(init=False)
     counted: Cost = field(default_factory=Cost)
     torn: str | None = None
+    stopping: bool = False
     clasps: Mapping[str, ClaspNodes] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -271,7 +272,7 @@ class Session:
         return self.frame(image=tag or "image")
 
     def over(self) -> StopReason | None:
-        """Return how the last row ended the test, if it did: by a rupture, or beyond the limit of an instrument."""
+        """Return how the last row ended the test (a rupture, an instrument's limit) or its step (a stop), if it did."""
         if self.torn is not None:
             return StopReason(end="rupture", message=self.torn, test=True)
         for instrument in self.rig.instruments:
@@ -279,7 +280,7 @@ class Session:
             if channel is not None:
                 passed = f"{channel.name} passed its limit of {channel.limit:g} {channel.unit}"
                 return StopReason(end="limit", message=f"{passed} at {self.whereabouts()}", test=True)
-        return None
+        return StopReason(end="abort", message="stopped") if self.stopping else None
 
     def parted(self) -> str:
         """Return as a message which rows or layers no clasp holds together any more; empty if all are held."""

@@ -103,7 +103,7 @@ class Protocol:
         What the axes do that a step does not name: stay, give way so that they carry no force, or have the same
         strain. Beside the frame the specimen's sides are free.
     steps : tuple of Step or Repeat
-        The steps, in order.
+        The steps, in order; none where they are given to a live rig one by one.
     log : LogSpec
         How the instruments sample.
     rig : RigName
@@ -129,7 +129,7 @@ class Protocol:
     specimen: SpecimenSpec
     speed_ref: Literal["pair", "grip"] = "pair"
     others: Others
-    steps: tuple[Step | Repeat, ...]
+    steps: tuple[Step | Repeat, ...] = ()
     log: LogSpec = field(default_factory=LogSpec)
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
@@ -145,7 +145,6 @@ class Protocol:
         count, increment, friction = stroke_count(self.steps), self.max_strain_increment, self.pole_friction
         most = f"{MAX_STROKES} strokes or fewer"
         require_all(
-            lambda: require(len(self.steps) > 0, "steps", [], "one step or more"),
             lambda: require(count <= MAX_STROKES, "steps", f"{count} strokes", most),
             lambda: require_label("name", self.name),
             lambda: require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1"),

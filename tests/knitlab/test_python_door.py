@@ -26,7 +26,17 @@ PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `(\w+)` \| .+ \| `(.+)` \|$", PAGE, flags=re.MULTILINE)
 EXAMPLE = re.findall(r"^>>>.*?\n(?=\n)", knitlab.__doc__ or "", flags=re.MULTILINE | re.DOTALL)[0]
 ERRORS = {name for name in knitlab.__all__ if name.endswith("Error")}
-NOT_RUN = {"run", "sweep", "calibrate", "design", "SolverError", "ConvergenceError", "RunStoppedError", "ServiceError"}
+NOT_RUN = {
+    "run",
+    "Rig",
+    "sweep",
+    "calibrate",
+    "design",
+    "SolverError",
+    "ConvergenceError",
+    "RunStoppedError",
+    "ServiceError",
+}
 """Examples that take long, or need a full disk, a service or a knit without equilibrium; other tests have them."""
 
 

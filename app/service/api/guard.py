@@ -2,33 +2,19 @@
 
 import hashlib
 import hmac
-import ipaddress
 from typing import Annotated
 from urllib.parse import urlsplit
 
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
+from app.service.address import is_loopback
 from app.service.api.connections import AGAIN, admitted
 from app.service.api.context import context_of
 from app.service.api.problems import ProblemError
 from knitlab_core.errors import SpecificationError
 
 _BEARER = HTTPBearer(auto_error=False, description="the token that the service was started with")
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether a name or an address is this machine's own.
-
-    Examples
-    --------
-    >>> is_loopback("127.0.0.1"), is_loopback("::1"), is_loopback("localhost"), is_loopback("0.0.0.0")
-    (True, True, True, False)
-    """
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def same_token(given: str, wanted: str) -> bool:
