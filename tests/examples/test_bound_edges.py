@@ -36,6 +36,7 @@ def run_with(edges: Edges, folder: Path, counts: tuple[int, int], upper: float) 
     return Ran(result, RunReader(result.folder / "run.h5"))
 
 
+@pytest.mark.slow
 def test_chained_edges_hold_what_open_ones_let_go(tmp_path: Path) -> None:
     counts = (2, 4)
     for name in ("open", "chained"):

@@ -35,6 +35,7 @@ def run_of(protocol: Protocol, folder: Path) -> RunReader:
     return RunReader(result.folder / "run.h5")
 
 
+@pytest.mark.slow
 def test_a_specimen_of_relaxed_loops_keeps_their_pitch_and_comes_to_no_force(tmp_path: Path) -> None:
     whole = load(EXAMPLES / "clamped_wale.yaml").protocol
     spec = replace(whole.specimen, rows=4, loops=3, nodes_per_loop=12)

@@ -42,6 +42,7 @@ def runs_as_nobody(folder: str) -> bool:
     return not subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode  # noqa: S603
 
 
+@pytest.mark.slow
 def test_damaged_files_are_compiled_again_with_a_word(tmp_path: Path) -> None:
     package(tmp_path)
     cache = tmp_path / "Cache"

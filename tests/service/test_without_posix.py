@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import Final
 
+import pytest
+
 from app.client import Client
 from tests.service.knitlab_serve import QUICK, ROOT, knitlab, serving
 from tests.service.lab import until
@@ -50,6 +52,7 @@ def test_a_test_is_checked_and_run(tmp_path: Path) -> None:
     assert len((tmp_path / "run" / "quick.csv").read_bytes().splitlines()) > 50
 
 
+@pytest.mark.slow
 def test_jobs_are_done_paused_resumed_and_cancelled(tmp_path: Path) -> None:
     with serving(tmp_path, "--slots", 1, PYTHONPATH=PATH) as (address, _), Client(address) as client:
         quick = client.submit(QUICK).id

@@ -196,6 +196,7 @@ def peak_memory(folder: Path, hold: float) -> float:
     return most
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_log(tmp_path: Path) -> None:
     short = peak_memory(tmp_path / "short", 200.0)
     assert peak_memory(tmp_path / "long", 800.0) < 1.1 * short + 80_000 * 100

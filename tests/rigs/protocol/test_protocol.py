@@ -87,7 +87,6 @@ def test_a_plain_protocol_has_the_labs_defaults() -> None:
         (lambda: Cycle(**CYCLE | {"n": 0}), "n"),
         (lambda: Repeat(n=0, steps=(Zero(),)), "n"),
         (lambda: Repeat(n=1, steps=()), "steps"),
-        (lambda: whole(steps=()), "steps"),
         (lambda: whole(steps=(Repeat(n=10_000, steps=(Cycle(**CYCLE | {"n": 100}),)),)), "steps"),
         (lambda: whole(name="a/b"), "name"),
         (lambda: whole(max_strain_increment=0.0), "max_strain_increment"),
