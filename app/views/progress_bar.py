@@ -55,7 +55,7 @@ class Bar:
 
 
 class NotebookBar:
-    """The same in a notebook: part of a cell's output that is written anew."""
+    """The same in a notebook: part of a cell's output, replaced at every report."""
 
     def __init__(self) -> None:
         self._handle: Any = None

@@ -11,8 +11,8 @@ from knitlab_core.equilibrium.march import march
 from knitlab_core.equilibrium.newton import Options
 from knitlab_core.equilibrium.periodic import Period, make_cell
 from knitlab_core.equilibrium.workspace import Workspace
-from knitlab_core.knits import fabric_named, is_planar, knit_cell
-from tests.validation.cells import cut_forces
+from knitlab_core.knits import is_planar
+from tests.validation.cells import WIDTH, cut_forces, make_test
 from tests.validation.knit import Knit, make_knit, pull
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from knitlab_core.equilibrium.model import State
 
-WIDTH = 8e-3
-MODULUS = 0.82e9
 TIGHT = Options(tolerance=1e-8)
 
 
@@ -52,29 +50,12 @@ def stretched(
     `roll` begins each row so many nodes further on, `shift` moves all of them, `wider` looks for contact in more
     images than there can be any.
     """
-    fabric = fabric_named(knit)
-    assert is_planar(fabric)
-    specimen = knit_cell(fabric, loop_width=WIDTH, rows=rows, loops=loops, nodes_per_loop=nodes)
-    cell, radius = specimen.cell, specimen.radius
-    assert cell is not None
-    periods = []
-    for strand, along in zip(specimen.strands, cell.shifts, strict=True):
-        moved = np.roll(strand[:-2], -roll, axis=0)
-        moved[len(moved) - roll :] += along[0] * cell.vectors[0]
-        periods.append(Period(moved + np.array(shift), along))
-    model, state = make_cell(
-        periods,
-        cell.vectors,
-        [most + wider for most in cell.reach],
-        radius=radius,
-        young_modulus=MODULUS,
-        poisson_ratio=0.37,
-        friction=friction,
-    )
+    one = make_test((rows, loops), knit=knit, friction=friction, nodes=nodes, roll=roll, shift=shift, wider=wider)
+    work, state, model, found = one.work, one.state, one.work.model, []
     assert model.ties is not None
+    radius = model.scales.length
     course, wale = model.ties.cell
     model.fixed[wale, 1] = path[0][1] is not None
-    work, found = Workspace(model), []
     lengths = state.q[[course, wale], [0, 1]]
     for goal in path:
         start = state.q.copy()

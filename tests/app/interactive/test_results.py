@@ -95,7 +95,7 @@ def test_a_protocol_may_be_text_and_mistakes_in_data_are_named() -> None:
         kl.check({**PROTOCOL, "rig": "hook"})
 
 
-def test_in_a_notebook_the_bar_is_written_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_a_notebook_the_bar_replaces_its_output(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
 
     class Handle:
