@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.version import version_of
-from app.views.labels import beyond_elastic, friction_value, yarn_label
+from app.views.labels import beyond_elastic, friction_value, grips_label, yarn_label
 from knitlab_core.materials import Value
 from rigs.machines.machine import Datum
 
@@ -49,7 +49,7 @@ def provenance(protocol: Protocol, data: Mapping[MachineName, MachineData]) -> d
             ("name", protocol.name),
             ("rig", protocol.rig),
             *([] if protocol.mount is None else [("mount", protocol.mount)]),
-            ("grips", protocol.grips),
+            ("grips", grips_label(protocol)),
             ("hook", protocol.hook),
             ("speed_ref", protocol.speed_ref),
             ("others", protocol.others),

@@ -69,7 +69,7 @@ def to_domain(
     log = faults.of(lambda: _log(model.log, document), LogSpec())
     steps = to_steps(model.steps, document, ("steps",), faults)
     rig = CATALOGUE[model.rig]
-    others = model.others or rig.others[0]
+    others, grips = model.others or rig.others[0], model.specimen.grips
 
     def whole() -> Protocol:
         with at(document, ()):
@@ -77,7 +77,7 @@ def to_domain(
                 rig=model.rig,
                 mount=model.mount,
                 load_cell=model.load_cell,
-                grips=model.specimen.grips,
+                grips=grips if isinstance(grips, str) else grips.by_axis,
                 hook=model.specimen.hook,
                 pole_friction=model.specimen.pole_friction,
                 specimen=specimen,

@@ -118,14 +118,14 @@ def _nodes_per_loop(model: SpecimenModel) -> int:
 
 def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
     """Return the specimen of a protocol, with what holds it, as the data of a file."""
-    rubs = protocol.pole_friction
+    rubs, grips = protocol.pole_friction, protocol.grips
     return {
         "knit": spec.knit if isinstance(spec.knit, str) else written_knit(spec.knit),
         "loops": [spec.rows, spec.loops, *([spec.layers] if "P" in spec.axes else [])],
         "loop": write(spec.loop_width, "length"),
         "material": spec.substance.name,
         "friction": spec.friction,
-        **({} if protocol.grips == "hooks" else {"grips": protocol.grips}),
+        **({} if grips == "hooks" else {"grips": grips if isinstance(grips, str) else dict(grips)}),
         "hook": protocol.hook,
         **({} if rubs is None else {"pole_friction": rubs}),
         "nodes_per_loop": spec.nodes_per_loop,

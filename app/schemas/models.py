@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag
 from app.schemas.base import BRANCH, Model
 from app.schemas.material_models import AnyMaterial
 from app.schemas.sampling import SampleModel
-from app.schemas.specimen import EdgesModel, FusedModel, SpecimenModel, StitchModel, YarnModel
+from app.schemas.specimen import EdgesModel, FusedModel, GripsModel, SpecimenModel, StitchModel, YarnModel
 from app.schemas.step_parts import EVENTS, EVERY_CYCLE
 from app.schemas.steps import STEP_MODELS, StepModel
 from app.schemas.units import allowed
@@ -111,6 +111,7 @@ MODELS: Final[Mapping[str, type[Model]]] = MappingProxyType(
         "yarn": YarnModel,
         "fused": FusedModel,
         "edges": EdgesModel,
+        "grips": GripsModel,
         "log": LogModel,
         "extensometer": ExtensometerModel,
         "sample": SampleModel,

@@ -8,6 +8,7 @@ from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
 from app.schemas.values import LAID_IN, Label, LaidIn, Length, StitchValue, Strain, Stress, Switch
 from app.schemas.yarns import MeasuredYarnModel, is_measured
+from rigs.axes import Axis
 from rigs.protocol.catalogue import Grips, Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture, Shear
 
@@ -121,6 +122,19 @@ class EdgesModel(Model):
     )
 
 
+class GripsModel(Model):
+    """Hold the edges of each axis by hooks or by clamps."""
+
+    C: Grips = Field(default="hooks", description="hooks or clamps, of the edges along the course")
+    W: Grips = Field(default="hooks", description="hooks or clamps, of the edges along the wale")
+
+    @property
+    def by_axis(self) -> dict[Axis, Grips]:
+        """Return the grips of each axis that is named."""
+        named: dict[Axis, Grips] = {"C": self.C, "W": self.W}
+        return {axis: grips for axis, grips in named.items() if axis in self.model_fields_set}
+
+
 class SpecimenModel(Model):
     """The specimen on the rig."""
 
@@ -140,7 +154,13 @@ class SpecimenModel(Model):
     loop: Length = Field(description=allowed("length"))
     material: Label | None = Field(default=None, description="the name of a material, such as RGD8530-DM")
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
-    grips: Grips = Field(default="hooks", description="hooks, or clamps that hold the edge stitches as a whole")
+    grips: Annotated[
+        Annotated[Grips, Tag(f"{BRANCH}name")] | Annotated[GripsModel, Tag(f"{BRANCH}axes")],
+        Discriminator(lambda value: f"{BRANCH}axes" if isinstance(value, dict | GripsModel) else f"{BRANCH}name"),
+    ] = Field(
+        default="hooks",
+        description="hooks, clamps that hold the edge stitches as a whole, or a mapping such as {W: clamps, C: hooks}",
+    )
     hook: Hook = Field(default="pin", description="pin or wire")
     pole_friction: float | None = Field(
         default=None, description="a coefficient of friction between hooks and their poles, such as 0.05"

@@ -9,6 +9,7 @@ from knitlab_core.materials import DEFAULT_FRICTION, Value
 if TYPE_CHECKING:
     from knitlab_core.knits import Yarn
     from knitlab_core.materials import MeasuredYarn
+    from rigs.protocol.protocol import Protocol
     from rigs.protocol.specimen import SpecimenSpec
 
 ELASTIC: Final = "nothing: linearly elastic rods, contact and friction"
@@ -42,6 +43,12 @@ def _measured_label(yarn: MeasuredYarn) -> str:
         f"{told(yarn.core, 1e3, 'mm')}, pressed halfway by {told(yarn.rigidity, 1e-3, 'N/mm')}, exponent "
         f"{yarn.exponent.value:.4g}{_assumed(yarn.exponent)} ({yarn.exponent.source})"
     )
+
+
+def grips_label(protocol: Protocol) -> str:
+    """Return the label of what holds the edges: one word, or one for each axis."""
+    grips = protocol.grips
+    return grips if isinstance(grips, str) else ", ".join(f"{axis} {grip}" for axis, grip in grips.items())
 
 
 def material_label(spec: SpecimenSpec) -> str:

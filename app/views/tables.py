@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rigs.step_record import StepRecord
 
 _MOST_LINES: Final = 40
-_BETWEEN: Final = {"hooks": "hook to hook", "clamps": "between clamps"}
+_BETWEEN: Final = {"hooks": "hook to hook", "clamps": "between clamps", "plates": "between plates"}
 
 
 def print_json(data: object) -> None:
@@ -98,10 +98,7 @@ def facts_rows(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]
         ),
         ("fibres", yarn_label(spec)),
         ("clearance", _clearance(facts)),
-        (
-            _BETWEEN[protocol.grips],
-            ", ".join(f"{axis} {1e3 * length:.4g} mm" for axis, length in facts.gauge_lengths.items()),
-        ),
+        *_gauges(protocol, facts),
         *_pins(protocol, facts),
         ("clasps", _clasps(facts)),
         ("arc-length budget", budget),
@@ -123,6 +120,16 @@ def _clearance(facts: SpecimenFacts) -> str:
     if facts.clearance < 0.0:
         return f"none: surfaces overlap by {-1e3 * facts.clearance:.4g} mm as laid in, before the yarn relaxes"
     return f"{1e3 * facts.clearance:.4g} mm between surfaces"
+
+
+def _gauges(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:
+    """Return a line for each kind of grip with the distances between such grips."""
+    lines: dict[str, list[str]] = {}
+    for axis, length in facts.gauge_lengths.items():
+        between = _BETWEEN[protocol.fixtures[axis]] if axis in protocol.fixtures else "edge to edge"
+        between = "cell repeats after" if protocol.specimen.periodic else between
+        lines.setdefault(between, []).append(f"{axis} {1e3 * length:.4g} mm")
+    return [(between, ", ".join(each)) for between, each in lines.items()]
 
 
 def _pins(protocol: Protocol, facts: SpecimenFacts) -> list[tuple[str, str]]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from knitlab_core.knits import clamp_nodes, plate_nodes
 from rigs.axes import AXES, COORDINATE, SITES
+from rigs.protocol.catalogue import clamped_axes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -95,7 +96,8 @@ def grips_on(
     drive : Drive
         Its carriages.
     fixtures : Mapping, optional
-        What holds the faces of every axis that is driven: clamps of two axes end where they would meet.
+        What holds the faces of every axis that is driven: clamps of two axes end where they would meet, and hooks
+        hold no site in the jaws of a clamp.
 
     Returns
     -------
@@ -107,10 +109,11 @@ def grips_on(
         plates = plate_nodes(specimen)
         edges = [plates.lower, plates.upper]
     elif drive.fixture == "clamps":
-        clamps = clamp_nodes(specimen, axis, fixtures or ())
+        clamps = clamp_nodes(specimen, axis, clamped_axes(fixtures or {}))
         edges = [clamps.lower, clamps.upper]
     else:
-        edges = [specimen.sites[name] for name in SITES[axis]]
+        in_jaws = list(clamped_nodes(specimen, fixtures or {}).values())
+        edges = [_outside(specimen.sites[name], in_jaws) for name in SITES[axis]]
     middle = _middle(specimen, edges[0])
     nobody = np.empty(0, dtype=np.int64)
     negative, positive = (
@@ -171,9 +174,14 @@ def clamped_nodes(specimen: Specimen, fixtures: Mapping[Axis, Fixture]) -> dict[
     found: dict[SiteSet, IntArray] = {}
     for axis, fixture in fixtures.items():
         if fixture == "clamps":
-            clamps = clamp_nodes(specimen, axis, fixtures)
+            clamps = clamp_nodes(specimen, axis, clamped_axes(fixtures))
             found |= zip(SITES[axis], (clamps.lower, clamps.upper), strict=True)
     return found
+
+
+def _outside(sites: IntArray, in_jaws: Sequence[IntArray]) -> IntArray:
+    """Return the sites of an edge (n,) that are in no jaws."""
+    return sites[~np.isin(sites, np.concatenate(in_jaws))] if in_jaws else sites
 
 
 def _middle(specimen: Specimen, nodes: IntArray) -> IntArray:

@@ -103,6 +103,7 @@ def sliding_hooks(grips: Pairs, friction: Mapping[Axis, float], q: FloatArray) -
         (nodes, COORDINATE[axis], grip.pole, 0.0 if nodes[0] in grip.anchored else friction[axis])
         for axis, pair in grips.items()
         for grip in pair
+        if grip.pole is not None
         for nodes in (*grip.wires, *(grip.nodes[:, None] if friction[axis] > 0.0 else ()))
     ]
     if not found:

@@ -167,14 +167,23 @@ def register_rig(name: RigName, rig: Arrangement) -> None:
     register_part("rig", _RIGS, name, rig)
 
 
-def arranged(rig: RigName, mount: Axis | None, grips: Grips = "hooks") -> dict[Axis, Drive]:
+def arranged(rig: RigName, mount: Axis | None, grips: Grips | Mapping[Axis, Grips] = "hooks") -> dict[Axis, Drive]:
     """Return the drives of a rig in use: all of them, or the one along which the specimen is mounted.
 
-    With clamps in the place of hooks a carriage prescribes every unknown of the nodes that it holds.
+    With clamps in the place of hooks a carriage prescribes every unknown of the nodes that it holds. An axis that a
+    mapping of grips leaves out has hooks.
     """
     every = CATALOGUE[rig].drives
     drives = dict(every) if mount is None else {mount: every[mount]}
-    return drives if grips == "hooks" else {axis: _clamped(drive) for axis, drive in drives.items()}
+    clamped = set(drives) if grips == "clamps" else set()
+    if not isinstance(grips, str):
+        clamped = {axis for axis, grip in grips.items() if grip == "clamps"}
+    return {axis: _clamped(drive) if axis in clamped else drive for axis, drive in drives.items()}
+
+
+def clamped_axes(fixtures: Mapping[Axis, Fixture]) -> tuple[Axis, ...]:
+    """Return the axes whose faces are held by clamps."""
+    return tuple(axis for axis, fixture in fixtures.items() if fixture == "clamps")
 
 
 def _clamped(drive: Drive) -> Drive:

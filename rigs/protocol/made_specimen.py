@@ -18,6 +18,7 @@ from knitlab_core.knits import (
     plate_nodes,
 )
 from rigs.axes import AXES, COORDINATE, SITES
+from rigs.protocol.catalogue import clamped_axes
 from rigs.protocol.edges import OPEN, Edges
 from rigs.record import SpecimenSize
 
@@ -148,7 +149,7 @@ def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> fl
     """Return the distance between the plates or the clamps of an axis [m]."""
     if fixtures[axis] == "plates":
         return plate_nodes(specimen).gap
-    return clamp_nodes(specimen, axis, fixtures).gap
+    return clamp_nodes(specimen, axis, clamped_axes(fixtures)).gap
 
 
 def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fixture] | None = None) -> SpecimenSize:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from knitlab_core.errors import SpecificationError, raise_all
 from knitlab_core.knits import clamp_faces
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
-from rigs.protocol.catalogue import arranged, rig_named
+from rigs.protocol.catalogue import arranged, clamped_axes, rig_named
 from rigs.protocol.edges import OPEN
 from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.specimen import SpecimenSpec
@@ -112,8 +112,9 @@ class Protocol:
         Capacity of the load cell that is fitted where a machine has several [N]; None for the one it comes with.
     mount : Axis or None
         Which axis of the specimen is along the frame; None on a rig that drives every axis it has.
-    grips : {'hooks', 'clamps'}
+    grips : {'hooks', 'clamps'} or Mapping
         What holds the specimen's edges: two hooks per boundary loop, or clamps that hold the edge stitches as a whole.
+        A mapping says it by axis; an axis that it leaves out has hooks.
     hook : {'pin', 'wire'}
         How a hook holds its loop: 'pin' ties the nearest node of the yarn, 'wire' is a rigid wire through the loop.
     pole_friction : float or None
@@ -134,7 +135,7 @@ class Protocol:
     rig: RigName = "biaxial-hook"
     mount: Axis | None = None
     load_cell: float | None = None
-    grips: Grips = "hooks"
+    grips: Grips | Mapping[Axis, Grips] = "hooks"
     hook: Hook = "pin"
     pole_friction: float | None = None
     extensometer: Extensometer | None = None
@@ -172,9 +173,19 @@ class Protocol:
         """Return what holds the two faces of each axis that is driven."""
         return {axis: drive.fixture for axis, drive in self.drives.items()}
 
+    @property
+    def clamped(self) -> tuple[Axis, ...]:
+        """Return the axes whose edges are held by clamps."""
+        return clamped_axes(self.fixtures)
+
     def _require_grips(self) -> None:
         """Raise unless clamps, where the edges are to be held by them, can hold the knit."""
         if self.grips == "hooks":
+            return
+        if not isinstance(self.grips, str):
+            strange = [axis for axis in self.grips if axis not in self.axes]
+            require(not strange, "grips", ", ".join(strange), f"what is driven: {_both(self.axes)}")
+        if not self.clamped:
             return
         plates = any(drive.fixture == "plates" for drive in rig_named(self.rig).drives.values())
         require(not plates, "grips", "clamps", f"hooks: {self.rig} holds a knit by the plates it is printed into")
@@ -182,15 +193,22 @@ class Protocol:
         edges = "hooks, which need not be said: a periodic cell has no edges"
         require(not self.specimen.periodic, "grips", "clamps", edges)
         require_all(
-            lambda: require(self.hook == "pin", "hook", self.hook, "pin: clamps have no hooks"),
-            lambda: require(self.pole_friction is None, "pole_friction", self.pole_friction, rubs),
+            lambda: require(
+                self.hook == "pin", "hook", self.hook, "pin: clamps have no hooks, and those beside them are pins"
+            ),
+            lambda: require(
+                self.pole_friction is None or len(self.clamped) < len(self.axes),
+                "pole_friction",
+                self.pole_friction,
+                rubs,
+            ),
             self._require_jaws,
         )
 
     def _require_jaws(self) -> None:
         """Raise unless the knit has edge stitches for clamps, and stitches between them."""
         spec = self.specimen
-        clamp_faces(spec.fabric, spec.counts, [axis for axis in self.axes if axis in spec.axes])
+        clamp_faces(spec.fabric, spec.counts, [axis for axis in self.clamped if axis in spec.axes])
 
     def _require_pins(self) -> None:
         """Raise unless the knit has the stitches that the extensometer's pins are in."""

@@ -263,10 +263,13 @@ def can_clamp(specimen: SpecimenSpec) -> bool:
     return bool(faces) and all(low < high for low, high in faces.values())
 
 
-def held(holder: str, specimen: SpecimenSpec, pole_friction: float | None) -> dict[str, Any]:
-    """Return what stands in a protocol for what holds its specimen."""
+def held(holder: str, rig: dict[str, Any], pole_friction: float | None) -> dict[str, Any]:
+    """Return what stands in a protocol for what holds its specimen on a rig."""
+    specimen, mount = rig["specimen"], rig.get("mount")
     if holder == "clamps" and can_clamp(specimen):
         return {"grips": "clamps"}
+    if holder == "clamps on one axis" and can_clamp(specimen):
+        return {"grips": {mount or "W": "clamps"}, "pole_friction": None if mount else pole_friction}
     hook = "wire" if holder == "wires" and can_hang(specimen) else "pin"
     return {"hook": hook, "pole_friction": pole_friction}
 
@@ -279,10 +282,10 @@ def pins_in(specimen: SpecimenSpec) -> Extensometer | None:
 
 PROTOCOLS = st.builds(
     lambda rig, holder, rubs, pinned, **rest: Protocol(
-        **held(holder, rig["specimen"], rubs), extensometer=pins_in(rig["specimen"]) if pinned else None, **rig, **rest
+        **held(holder, rig, rubs), extensometer=pins_in(rig["specimen"]) if pinned else None, **rig, **rest
     ),
     rig=STAGES | frames_along("C") | frames_along("W") | frames_along("P"),
-    holder=st.sampled_from(["pins", "wires", "clamps"]),
+    holder=st.sampled_from(["pins", "wires", "clamps", "clamps on one axis"]),
     rubs=st.none() | st.floats(0.0, 2.0),
     pinned=st.booleans(),
     speed_ref=st.sampled_from(["pair", "grip"]),

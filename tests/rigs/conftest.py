@@ -12,7 +12,7 @@ from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Extensometer, LogSpec, Protocol, SpecimenSpec, Step
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from knitlab_core.equilibrium.model import State
     from rigs.axes import Axis
@@ -41,7 +41,7 @@ def mount_knit() -> Callable[..., Mounted]:
         seed: int = 0,
         nodes: int = 24,
         hook: Hook = "pin",
-        grips: Grips = "hooks",
+        grips: Grips | Mapping[Axis, Grips] = "hooks",
         pole_friction: float | None = None,
         extensometer: Extensometer | None = None,
         **specimen: Any,  # noqa: ANN401 (handed through)

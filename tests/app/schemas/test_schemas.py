@@ -226,6 +226,11 @@ BAD = [
     Bad(
         "friction: 0.3", "grips: clamps\n  pole_friction: 0.1", 9, 18, "pole_friction: found 0.1, allowed none: clamps"
     ),
+    Bad("friction: 0.3", "grips: {W: clam}", 8, 14, "specimen.grips.W: found 'clam', allowed hooks or clamps (did you"),
+    Bad("friction: 0.3", "grips: {P: clamps}", 8, 11, "specimen.grips.P: found an unknown field, allowed C, W"),
+    Bad(
+        "friction: 0.3", "grips: {W: clamps}\n  hook: wire", 9, 9, "specimen.hook: found wire, allowed pin: clamps have"
+    ),
     Bad(
         "speed_ref:", "extensometer: maybe\nspeed_ref:", 9, 15, "extensometer: found 'maybe', allowed on, off, or a map"
     ),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from knitlab_core.equilibrium.march import march
+from rigs.axes import SITES
 from rigs.machines.rig import pose, read
 from rigs.protocol.protocol import Ramp, Target
 
@@ -101,6 +102,24 @@ def test_clamps_hold_the_knit_stiffer_than_hooks_that_slide(mounted: Callable[..
     sites = rig.specimen.sites["course+"]
     assert abs(np.ptp(state.q[sites, 1]) / np.ptp(rig.mounted[sites, 1]) - 1.0) > 0.05
     assert read(*clamped).force["C"] > 1.05 * read(rig, state).force["C"]
+
+
+def test_hooks_beside_clamps_hold_what_is_in_no_jaws_and_slide_along_their_poles(
+    mount_knit: Callable[..., tuple[Rig, State, object]],
+) -> None:
+    rig, state, _ = mount_knit(ramp("C", "W"), rows=4, loops=3, nodes=16, grips={"W": "clamps"})
+    jaws = np.concatenate([grip.nodes for grip in rig.grips["W"]])
+    for grip, edge in zip(rig.grips["C"], SITES["C"], strict=True):
+        # Feet are below the middle of their row: those of the first two rows are in the lower jaws.
+        assert grip.nodes.tolist() == rig.specimen.sites[edge][2:].tolist()
+        assert not np.isin(grip.nodes, jaws).any()
+        assert rig.work.model.fixed[grip.nodes, :3].tolist() == [[True, False, True]] * len(grip.nodes)
+    assert rig.work.model.fixed[jaws].all()
+    assert rig.gauges == pytest.approx({"C": 3 * 8e-3, "W": 2 * 6.88e-3})
+    reading = read(rig, drawn(rig, state, 2e-3))
+    assert min(reading.force.values()) > 0.0
+    # Friction holds nothing along a pole, so the jaws alone balance each other along the wale.
+    assert reading.fixture["W+_W"] + reading.fixture["W-_W"] == pytest.approx(0.0, abs=BALANCE * reading.force["W"])
 
 
 def test_the_stage_pulls_four_clamps_apart(mount_knit: Callable[..., tuple[Rig, State, object]]) -> None:
