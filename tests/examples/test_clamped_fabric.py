@@ -56,30 +56,30 @@ def test_a_specimen_of_relaxed_loops_keeps_their_pitch_and_comes_to_no_force(tmp
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("name", "clasps"), [("clamped_wale", 40), ("held_wale", 30)])
 def test_inner_stitches_of_a_clamped_specimen_stretch_as_the_cell_and_the_measured_fabric(
-    bar: Callable[..., None], tmp_path: Path
+    name: str, clasps: int, bar: Callable[..., None], tmp_path: Path
 ) -> None:
     cell = load(EXAMPLES / "acrylic_wale.yaml").protocol
     cell = replace(cell, specimen=replace(cell.specimen, nodes_per_loop=16))
     fabric = run_of(cell, tmp_path / "cell")
-    specimen = run_of(load(EXAMPLES / "clamped_wale.yaml").protocol, tmp_path / "specimen")
+    specimen = run_of(load(EXAMPLES / f"{name}.yaml").protocol, tmp_path / "specimen")
     pitch = fabric.size.extents["C"] / 2.0
     peak = int(np.argmax(fabric.strain("W"))) + 1
     columns = specimen.trace.columns
     zero = int(np.flatnonzero(columns["step"] < columns["step"].max())[-1])
     pins = columns["pin_distance_W"][zero:]
-    width = specimen.test.specimen.loops * pitch
+    counts = specimen.test.specimen
+    width = counts.loops * pitch
     at = [0.05, 0.10, 0.15, 0.20]
     inner = np.interp(at, pins / pins[0] - 1.0, 1e-3 * columns["force_W"][zero:] / width)
     periodic = np.interp(at, fabric.strain("W")[:peak], 1e-3 * fabric.force("W")[:peak] / fabric.size.extents["C"])
     measured = np.interp(at, MEASURED["wale"]["strain"], MEASURED["wale"]["force"])
-    note = "6 rows of 8 loops"
+    note = f"{counts.rows} rows of {counts.loops} loops"
     for what, other in (("the cell", periodic), ("the measured fabric", measured)):
-        bar(
-            f"acrylic between clamps, wale: force per width by {what}", np.abs(inner / other - 1).max(), 0.15, "1", note
-        )
+        bar(f"acrylic, {name}: force per width by {what}", np.abs(inner / other - 1).max(), 0.15, "1", note)
     assert energy_balance_error(specimen.trace) < 0.01
-    assert set(clasps_of(specimen.trace)["rows"]) == {40}
+    assert set(clasps_of(specimen.trace)["rows"]) == {clasps}
 
 
 @pytest.mark.parametrize(

@@ -256,6 +256,6 @@ def test_every_example_is_tested() -> None:
         "yarn_small.yaml",
     }
     fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
-    proof |= {f"fabric/{name}.yaml" for name in (*fabrics, "clamped_course", "clamped_wale")}
+    proof |= {f"fabric/{name}.yaml" for name in (*fabrics, "clamped_course", "clamped_wale", "held_wale")}
     protocols = {path for path in EXAMPLES.rglob("*.yaml") if "knitlab/protocol@1" in path.read_text(encoding="utf-8")}
     assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | scored | proof
