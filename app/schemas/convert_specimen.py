@@ -132,7 +132,7 @@ def written(spec: SpecimenSpec, protocol: Protocol) -> dict[str, Any]:
         "rest_shape": spec.rest_shape,
         **({} if spec.laid_in is None else {"laid_in": write(spec.laid_in, "length")}),
         **({"laid_in": "relaxed"} if spec.relaxed else {}),
-        **({} if spec.edges == OPEN else {"edges": spec.edges._asdict()}),
+        **({} if spec.edges == OPEN else {"edges": {**spec.edges.chained, "slack": spec.edges.slack}}),
         **({} if spec.yarn is None else {"yarn": {one.name: getattr(spec.yarn, one.name) for one in fields(Yarn)}}),
         **({} if spec.fused is None else {"fused": _written_law(spec.fused)}),
         "viscoelastic": "on" if spec.viscoelastic else "off",

@@ -120,6 +120,9 @@ class EdgesModel(Model):
     bottom: Literal["open", "cast-on"] = Field(
         default="open", description="open or cast-on, a chain below the first row"
     )
+    slack: Strain = Field(
+        default=0.0, description="the yarn of a stitch of the chain beyond that of a tight one, such as 10 %"
+    )
 
 
 class GripsModel(Model):

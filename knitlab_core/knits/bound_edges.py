@@ -9,7 +9,7 @@ import numpy as np
 
 from knitlab_core.errors import GeometryError
 from knitlab_core.knits.centreline import Centreline
-from knitlab_core.knits.chain import Chain, EdgeShape, chain_along
+from knitlab_core.knits.chain import Chain, EdgeShape, chain_along, loosened
 from knitlab_core.knits.distance import closest_approach
 from knitlab_core.knits.fabric import Clasps
 from knitlab_core.knits.planar import arc_length_at
@@ -39,11 +39,14 @@ class BoundEdges:
         Bound off: the yarn goes on from the last row through all its loops.
     bottom : bool
         Cast on: the yarn comes from a chain through the sinkers of the first row, which are one fewer than its loops.
+    slack : float
+        Yarn that a stitch of a chain has beyond that of one that is drawn tight, as a share of it [1].
     """
 
     knit: Stitch
     top: bool
     bottom: bool
+    slack: float = 0.0
 
     @property
     def fibre_radius(self) -> float:
@@ -121,7 +124,8 @@ class BoundEdges:
         apart = closest_approach(line, largest_curvature=_sharpest(line)).distance - 2.0 * self.fibre_radius
         if inside > 0.0 and apart <= 0.0:
             found = f"strands of a bound edge {1e3 * loop_width * (apart + 2.0 * self.fibre_radius):.4g} mm apart"
-            allowed = f"a thinner yarn: more than {2e3 * loop_width * self.fibre_radius:.4g} mm"
+            thinner = "a thinner yarn" if self.slack == 0.0 else "a thinner yarn or less slack"
+            allowed = f"{thinner}: more than {2e3 * loop_width * self.fibre_radius:.4g} mm"
             raise GeometryError("specimen.edges", found, allowed)
         return min(inside, apart)
 
@@ -164,11 +168,15 @@ class BoundEdges:
         if self.bottom:
             # Upside down the sinkers are heads, and the first row begins at the top of one.
             sinkers = shape._replace(loops=counts.loops - 1, first=1.0, start=knit.height)
-            below = chain_along(sinkers, words="cast-on", mirrored=False, upside_down=True, origin=(-0.5, 0.0))
+            below = chain_along(
+                loosened(sinkers, self.slack), words="cast-on", mirrored=False, upside_down=True, origin=(-0.5, 0.0)
+            )
         if self.top:
             back = last % 2 == 0
             origin = (counts.loops - 0.5 if back else -0.5, last * knit.row_spacing)
-            above = chain_along(shape, words="bound-off", mirrored=back, upside_down=False, origin=origin)
+            above = chain_along(
+                loosened(shape, self.slack), words="bound-off", mirrored=back, upside_down=False, origin=origin
+            )
         return below, above
 
 

@@ -12,8 +12,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from knitlab_core.angles import cosine, sine
+from knitlab_core.errors import SpecificationError
 from knitlab_core.knits.curve import Curve, curve_through
 
 if TYPE_CHECKING:
@@ -22,8 +24,14 @@ if TYPE_CHECKING:
 LEGS: Final = 0.13
 """Most of half the distance of two legs [loop widths]."""
 
-BULGE, OVER = 0.33, 0.30
-"""Half the width of a chain's loop, and how far it reaches beyond the middle of the next edge loop [loop widths]."""
+TIGHT, OVER = 0.33, 0.30
+"""Half the width of a loop of a tight chain, and how far a loop reaches beyond the middle of the next edge loop [loop
+widths]."""
+
+_WIDEST: Final = 1.0
+"""Largest half width of a loop of a chain [loop widths]."""
+
+_WIDTH_DECIMALS: Final = 4
 
 _TURN_POINTS: Final = 8
 _MARKS: Final = (0, 2, 8, 14)
@@ -36,7 +44,7 @@ class EdgeShape(NamedTuple):
     `loops`: how many; `spacing`: of rows; `height`, `depth`: of a loop of the edge, from the base line of its row;
     `front`: -z of what is farthest in front; `gap`: distance of strands one in front of the other; `first`: course
     distance from the end of the row, where the chain begins, to the middle of the first loop that it binds; `start`:
-    wale coordinate of that end.
+    wale coordinate of that end; `bulge`: half the width of a loop of the chain, which sets how much yarn it has.
     """
 
     loops: int
@@ -47,6 +55,7 @@ class EdgeShape(NamedTuple):
     gap: float
     first: float
     start: float
+    bulge: float = TIGHT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,7 +100,7 @@ class Chain:
         return f"{self.words} edge, stitch {int(np.argmin(np.abs(self.marks[:, 2] - s)))}"
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def chain_along(
     edge: EdgeShape, *, words: str, mirrored: bool, upside_down: bool, origin: tuple[float, float]
 ) -> Chain:
@@ -120,11 +129,39 @@ def chain_along(
     return Chain(curve=curve, words=words, marks=lengths[number])
 
 
+@lru_cache(maxsize=8)
+def loosened(edge: EdgeShape, slack: float) -> EdgeShape:
+    """Return an edge whose chain has more yarn in a stitch than one that is drawn tight, by a share of it [1].
+
+    Raises
+    ------
+    SpecificationError
+        If loops of the chain would be wider than a row of two loops.
+    """
+    if slack == 0.0:
+        return edge
+    tight = _stitch_length(edge)
+
+    def missing(bulge: float) -> float:
+        return (1.0 + slack) * tight - _stitch_length(edge._replace(bulge=bulge))
+
+    if missing(_WIDEST) > 0.0:
+        most = _stitch_length(edge._replace(bulge=_WIDEST)) / tight - 1.0
+        raise SpecificationError("edges.slack", f"{slack:.4g}", f"from 0 to {most:.0%} with this stitch")
+    return edge._replace(bulge=round(float(brentq(missing, TIGHT, _WIDEST, xtol=1e-6)), _WIDTH_DECIMALS))
+
+
+def _stitch_length(edge: EdgeShape) -> float:
+    """Return the mean yarn length of a stitch of a chain [loop widths]."""
+    chain = chain_along(edge, words="chained", mirrored=False, upside_down=False, origin=(0.0, 0.0))
+    return float(np.diff(chain.marks[:, 0]).mean())
+
+
 def _points(edge: EdgeShape) -> tuple[FloatArray, FloatArray]:
     """Return points of the yarn (k, 3) from the end of a row at x = 0, worked along +x, and which of them are marks."""
     hole, legs = edge.height - 0.5 * edge.spacing, min(LEGS, edge.spacing / 6.0)
     front, gap = edge.front + edge.gap, edge.gap
-    loop = _loop(legs, edge.depth, front, front + 1.35 * gap)
+    loop = _loop(legs, edge.depth, front, front + 1.35 * gap, edge.bulge)
     middles = edge.first + np.arange(edge.loops + 1.0)
     each = np.concatenate([loop + np.array([x, hole, 0.0]) for x in middles[:-1]])
     end = loop[:5] + np.array([middles[-1], hole, 0.0])
@@ -148,20 +185,20 @@ def _turn(edge: EdgeShape, hole: float) -> FloatArray:
     return np.concatenate([round_it, np.stack([way, np.full_like(way, hole), np.full_like(way, edge.depth)], axis=-1)])
 
 
-def _loop(legs: float, behind: float, front: float, crest: float) -> FloatArray:
+def _loop(legs: float, behind: float, front: float, crest: float, bulge: float) -> FloatArray:
     """Return points (16, 3) of a loop of a chain about the middle of the edge loop that it comes through.
 
     It begins at z = `behind`, half way from the loop before; its legs are at z = -`crest` where they cross the head
-    before, and its own head is at z = -`front`.
+    before, and its own head is at z = -`front`. It is 2 `bulge` wide.
     """
     through = 0.5 * (behind - crest)
     out = np.array(
         [
             (0.13, -1.15 * legs, -0.9 * crest),
-            (0.36, -0.5 * (legs + BULGE), -crest),
-            (0.62, -BULGE, -0.5 * (crest + front)),
-            (0.88, -BULGE, -front),
-            (1.0 + 0.7 * OVER, -0.7 * BULGE, -front),
+            (0.36, -0.5 * (legs + bulge), -crest),
+            (0.62, -bulge, -0.5 * (crest + front)),
+            (0.88, -bulge, -front),
+            (1.0 + 0.7 * OVER, -0.7 * bulge, -front),
         ]
     )
     first = [(-0.5, 0.0, behind), (-0.17, -0.6 * legs, 0.9 * behind), (0.0, -legs, through)]

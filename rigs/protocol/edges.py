@@ -11,11 +11,24 @@ if TYPE_CHECKING:
     from knitlab_core.knits import Fabric, Yarn
 
 
+MOST_SLACK: Final = 0.35
+"""Largest slack of a chain [1]."""
+
+
 class Edges(NamedTuple):
-    """Edges of a planar knit along its wale: `top`, its last row, and `bottom`, its first."""
+    """Edges of a planar knit along its wale: `top`, its last row, and `bottom`, its first.
+
+    `slack` is the yarn that a stitch of a chain has beyond that of one drawn tight, as a share of it [1].
+    """
 
     top: Literal["open", "bound-off"] = "open"
     bottom: Literal["open", "cast-on"] = "open"
+    slack: float = 0.0
+
+    @property
+    def chained(self) -> dict[str, str]:
+        """Return the chained edges by name."""
+        return {name: edge for name, edge in (("top", self.top), ("bottom", self.bottom)) if edge != "open"}
 
 
 OPEN: Final = Edges()
@@ -38,10 +51,13 @@ def require_chainable(edges: Edges, fabric: Fabric, loops: int, yarn: Yarn | Non
     periodic : bool
         Whether it is a cell of an endless fabric.
     """
-    found = ", ".join(f"{name}: {edge}" for name, edge in edges._asdict().items() if edge != "open")
+    found = ", ".join(f"{name}: {edge}" for name, edge in edges.chained.items())
+    slack, allowed = f"{edges.slack:.4g}", f"0 to {MOST_SLACK:.0%} of a tight chain's yarn"
+    require(bool(found), "edges.slack", slack, "0: no edge is chained")
     planar = "open in this knit: plain stockinette can be bound off and cast on"
     one_rod = yarn is None or yarn.model == "yarn"
     require_all(
+        lambda: require(0.0 <= edges.slack <= MOST_SLACK, "edges.slack", slack, allowed),
         lambda: require(not periodic, "edges", found, "none: a periodic cell has no edges"),
         lambda: require(type(fabric) is Stitch, "edges", found, planar),
         lambda: require(one_rod, "edges", found, "open in a bundle of fibres: the yarn is one rod in a chain"),

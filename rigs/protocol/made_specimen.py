@@ -72,7 +72,8 @@ def _bound(fabric: Fabric, edges: Edges) -> Fabric:
     """Return a fabric with its edges chained as a specimen says."""
     if edges == OPEN:
         return fabric
-    return BoundEdges(knit=cast("Stitch", fabric), top=edges.top == "bound-off", bottom=edges.bottom == "cast-on")
+    top, bottom = edges.top == "bound-off", edges.bottom == "cast-on"
+    return BoundEdges(knit=cast("Stitch", fabric), top=top, bottom=bottom, slack=edges.slack)
 
 
 def with_radius(fabric: Fabric, radius: float) -> Fabric:

@@ -286,6 +286,10 @@ BAD = [
     Bad(
         "friction: 0.3", "edges: {sides: open}", 8, 11, "specimen.edges.sides: found an unknown field, allowed top, bo"
     ),
+    Bad(
+        "friction: 0.3", "edges: {top: bound-off, slack: 50 %}", 8, 34, "edges.slack: found 0.5, allowed 0 to 35% of a"
+    ),
+    Bad("friction: 0.3", "edges: {slack: 5 %}", 8, 18, "specimen.edges.slack: found 0.05, allowed 0: no edge is"),
     Bad("friction: 0.3", "edges: bound-off", 8, 10, "edges: found 'bound-off', allowed a mapping such as {top: bound-"),
     Bad(
         "friction: 0.3",

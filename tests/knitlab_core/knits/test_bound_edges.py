@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 
-from knitlab_core.errors import GeometryError
+from knitlab_core.errors import GeometryError, SpecificationError
 from knitlab_core.knits import BoundEdges, Counts, Pin, fabric_named, knit_specimen
 from knitlab_core.knits.chain import Chain
 from knitlab_core.knits.clasp import clasp_nodes, clasp_place, clasps_hold, parted_at
 from knitlab_core.knits.crossing import crossing_number
 from knitlab_core.knits.stitch import NAMED_STITCHES, Stitch
+
+if TYPE_CHECKING:
+    from knitlab_core.arrays import FloatArray
 
 PLAIN = NAMED_STITCHES["stockinette-default"]
 BOTH = BoundEdges(knit=PLAIN, top=True, bottom=True)
@@ -26,8 +32,11 @@ def chains(counts: Counts) -> tuple[Chain, Chain]:
 
 @pytest.mark.parametrize("counts", [Counts(2, 2), Counts(3, 4), Counts(4, 3)])
 @pytest.mark.parametrize("nodes", [16, 48])
-def test_every_loop_of_an_edge_and_every_loop_of_its_chain_holds_one(counts: Counts, nodes: int) -> None:
-    specimen = knit_specimen(BOTH, loop_width=8e-3, rows=counts.rows, loops=counts.loops, nodes_per_loop=nodes)
+@pytest.mark.parametrize("slack", [0.0, 0.1])
+def test_every_loop_of_an_edge_and_every_loop_of_its_chain_holds_one(counts: Counts, nodes: int, slack: float) -> None:
+    specimen = knit_specimen(
+        replace(BOTH, slack=slack), loop_width=8e-3, rows=counts.rows, loops=counts.loops, nodes_per_loop=nodes
+    )
     hold = clasps_hold(specimen.nodes, clasp_nodes(specimen))
     assert hold["rows"].shape == (counts.rows - 1, counts.loops)
     assert hold["bound_off"].shape == (2 * counts.loops - 1,)
@@ -37,13 +46,33 @@ def test_every_loop_of_an_edge_and_every_loop_of_its_chain_holds_one(counts: Cou
 
 
 @pytest.mark.parametrize("name", ["stockinette-default", "plain-knit", "G_B"])
-def test_strands_of_an_edge_are_clear_of_all_others(name: str) -> None:
+@pytest.mark.parametrize("slack", [0.0, 0.1, 0.3])
+def test_strands_of_an_edge_are_clear_of_all_others(name: str, slack: float) -> None:
     knit = fabric_named(name)
     assert isinstance(knit, Stitch)
     counts = Counts(3, 3)
-    fabric = BoundEdges(knit=knit, top=True, bottom=True)
+    fabric = BoundEdges(knit=knit, top=True, bottom=True, slack=slack)
     clear = fabric.clearance(fabric.centreline(counts), counts, loop_width=8e-3)
     assert 0.02 < clear <= knit.clearance(knit.centreline(counts), counts, loop_width=8e-3)
+
+
+@pytest.mark.parametrize("slack", [0.05, 0.2])
+def test_a_slack_chain_has_so_much_more_yarn_in_each_stitch(slack: float) -> None:
+    counts = Counts(2, 4)
+
+    def stitches(fabric: BoundEdges) -> FloatArray:
+        first, *_, last = fabric.centreline(counts).pieces
+        assert isinstance(first, Chain)
+        assert isinstance(last, Chain)
+        return np.array([np.abs(np.diff(chain.marks[:, 0])).mean() for chain in (first, last)])
+
+    ratio = stitches(replace(BOTH, slack=slack)) / stitches(BOTH)
+    assert ratio == pytest.approx(1.0 + slack, rel=1e-3)
+
+
+def test_a_chain_wider_than_it_can_be_is_refused() -> None:
+    with pytest.raises(SpecificationError, match=r"edges\.slack: found '0\.6', allowed from 0 to \d+%"):
+        replace(BOTH, slack=0.6).centreline(Counts(2, 2))
 
 
 def test_a_yarn_too_thick_for_the_chain_is_refused_with_the_distance_it_has() -> None:
