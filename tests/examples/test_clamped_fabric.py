@@ -13,6 +13,7 @@ from app.records.results import energy_balance_error
 from app.runs.use_cases import run_protocol
 from app.schemas import load, loads, to_yaml
 from knitlab_core.errors import SpecificationError
+from knitlab_core.knits import BoundEdges
 from rigs.analysis.clasps import clasps_of
 from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.made_specimen import make_specimen
@@ -80,6 +81,32 @@ def test_inner_stitches_of_a_clamped_specimen_stretch_as_the_cell_and_the_measur
         bar(f"acrylic, {name}: force per width by {what}", np.abs(inner / other - 1).max(), 0.15, "1", note)
     assert energy_balance_error(specimen.trace) < 0.01
     assert set(clasps_of(specimen.trace)["rows"]) == {clasps}
+
+
+@pytest.mark.slow
+def test_a_specimen_with_slack_chains_stretches_along_the_course_as_the_measured_fabric(
+    bar: Callable[..., None], tmp_path: Path
+) -> None:
+    protocol = load(EXAMPLES / "clamped_course.yaml").protocol
+    made = make_specimen(protocol.specimen)
+    assert isinstance(made.fabric, BoundEdges)
+    width = made.counts.rows * made.fabric.knit.row_spacing * made.loop_width
+    specimen = run_of(protocol, tmp_path / "specimen")
+    columns = specimen.trace.columns
+    zero = int(np.flatnonzero(columns["step"] < columns["step"].max())[-1])
+    pins = columns["pin_distance_C"][zero:]
+    at = [0.1, 0.2, 0.3]
+    force = np.interp(at, pins / pins[0] - 1.0, 1e-3 * columns["force_C"][zero:] / width)
+    measured = np.interp(at, MEASURED["course"]["strain"], MEASURED["course"]["force"])
+    note = "6 rows of 6 loops, slack 10 %"
+    bar("acrylic, clamped_course: force per width", np.abs(force / measured - 1.0).max(), 0.25, "1", note)
+    # Chains so slack neither pull nor push on the rows.
+    assert abs(columns["force_C"][0]) < 0.01
+    assert {name: set(held) for name, held in clasps_of(specimen.trace).items()} == {
+        "rows": {30},
+        "bound_off": {10},
+        "cast_on": {9},
+    }
 
 
 @pytest.mark.parametrize(
