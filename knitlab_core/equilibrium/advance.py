@@ -12,7 +12,7 @@ from knitlab_core.equilibrium.model import State
 from knitlab_core.equilibrium.newton import COUPLED, Options, Report, blocked, equilibrate
 from knitlab_core.equilibrium.step_control import Motion, lead_of, path_error
 from knitlab_core.equilibrium.terms import RodTerm
-from knitlab_core.equilibrium.ties import spread
+from knitlab_core.equilibrium.ties import gather, spread
 from knitlab_core.equilibrium.workspace import Workspace
 from knitlab_core.rods.frames import Frames, follow
 from knitlab_core.sparse.sums import inner, length
@@ -149,8 +149,7 @@ def _search(
     memory, poles, slip_work = work.settle()
     change, largest = path_error(state, memory, way, model)
     increment = q - state.q
-    # What drags on the fixtures is no force of the strands.
-    gradient[:, :3] -= drag * increment[:, :3]
+    gradient[:, :3] -= _dragged(work, drag, increment)
     reaction = np.where(model.fixed, gradient, 0.0)
     pushed = 0.5 * inner(state.reaction + reaction, increment) + inner(work.dead.loads, increment)
     return (
@@ -173,6 +172,17 @@ def _search(
         ),
         report,
     )
+
+
+def _dragged(work: Workspace, drag: float, increment: FloatArray) -> FloatArray:
+    """Return what drags on the fixtures (N, 3) [E r^2], which is no force of the strands.
+
+    Images of a periodic cell are dragged too, and pull on the vectors that they follow.
+    """
+    forces = drag * increment
+    if drag and work.model.ties is not None:
+        gather(work.model.ties, forces)
+    return forces[:, :3]
 
 
 def _response(work: Workspace, motion: FloatArray, report: Report) -> FloatArray | None:
