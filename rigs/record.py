@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from knitlab_core.equilibrium.stopwatch import Cost
+from rigs.axes import FACE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigs.axes import Axis, FloatArray
+    from rigs.axes import Axis, Direction, FloatArray
 
 Phase = Literal["Zero", "Preload", "Stretch", "Recover", "Hold"]
 End = Literal["target", "limit", "rupture", "timeout", "abort", "diverged", "slipped", "unravelled"]
@@ -31,7 +32,7 @@ class SpecimenSize:
     Attributes
     ----------
     extents : Mapping
-        Initial hook-to-hook distance along each axis [m]. A planar knit's along the pile is its thickness by
+        Initial hook-to-hook distance along each direction [m]. A planar knit's along the pile is its thickness by
         convention: the paper assumes a membrane of unit thickness, 1 mm.
     fibre_radius : float
         Radius of the yarn's tube [m].
@@ -39,13 +40,17 @@ class SpecimenSize:
         Whether the thickness is agreed or the specimen's own.
     """
 
-    extents: Mapping[Axis, float]
+    extents: Mapping[Direction, float]
     fibre_radius: float
     convention: Literal["unit", "specimen"] = "unit"
 
+    def gauge(self, axis: Axis) -> float:
+        """Return the initial length by which the travel of an axis is strain [m]; of a shear that across its face."""
+        return self.extents[FACE[axis]]
+
     def section(self, axis: Axis) -> float:
-        """Return the initial cross-section that carries the force of an axis [m²]: both extents across it."""
-        return prod(extent for across, extent in self.extents.items() if across != axis)
+        """Return the initial area of the face that carries the force of an axis [m²]: both extents along it."""
+        return prod(extent for across, extent in self.extents.items() if across != FACE[axis])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +62,7 @@ class Equilibrium:
     time : float
         Time on the rig's clock [s].
     displacement : Mapping
-        Change of the hook-to-hook distance of each driven axis [m].
+        Change of the hook-to-hook distance of each driven axis [m]; of a shear how far its face went along it.
     crosshead : Mapping
         Way of the crosshead or carriages that the encoder of each axis sees [m]: with what the machine itself gives,
         and with a gripper's gap. On a rigid machine it is the displacement, which stands for it unless it is given.

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from rigs.axes import Axis, FloatArray
     from rigs.trace import Trace
 
-COLUMNS = {"biotester": "XForce", "triaxial": "biaxial-hook.XForce", "bluehill-universal": "Force"}
+COLUMNS = {
+    "biotester": "XForce",
+    "triaxial": "biaxial-hook.XForce",
+    "bluehill-universal": "Force",
+    "shear-stage": "Force {axis}",
+}
 SUFFIXES = {"m": 1e-3, "u": 1e-6}
 
 
@@ -49,7 +54,8 @@ def logged_forces(dialect: str, trace: Trace, *, axis: Axis = "C", rate: float =
             [float(text[:-1]) * SUFFIXES[text[-1]] if text[-1] in SUFFIXES else float(text) for text in texts]
         )
     assert b"".join(write_log(log.dialect, lines, known))
-    force = np.array([float(str(value)) for part in lines for value in part[COLUMNS.get(dialect, "Load")]])
+    column = COLUMNS.get(dialect, "Load").format(axis=axis)
+    force = np.array([float(str(value)) for part in lines for value in part[column]])
     if "Load" in known:
         assert known["Load"] == pytest.approx(force.max(), abs=1e-4)
     return force

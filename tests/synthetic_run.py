@@ -58,7 +58,7 @@ def row(time: float, strain: float, cycle: int, phase: Phase) -> Equilibrium:
     """Return one equilibrium of the made-up test."""
     return Equilibrium(
         time=time,
-        displacement={axis: strain * SIZE.extents[axis] for axis in BOTH},
+        displacement={axis: strain * SIZE.gauge(axis) for axis in BOTH},
         force={axis: stress(strain, cycle, phase, axis) * SIZE.section(axis) for axis in BOTH},
         lateral_force=0.0,
         elastic_stretch=1e-5 * strain,
@@ -183,7 +183,7 @@ def make_run(
             place="steps[0].zero",
             travel=then.crosshead,
             force=then.force,
-            gauges={axis: SIZE.extents[axis] for axis in BOTH} if gauges is None else gauges,
+            gauges={axis: SIZE.gauge(axis) for axis in BOTH} if gauges is None else gauges,
         )
         writer.add_zero(zero)
         if sampled:

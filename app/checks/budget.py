@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from knitlab_core.knits import Fabric, LoopBudget, Yarn
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
     from rigs.protocol.specimen import SpecimenSpec
     from rigs.protocol.strokes import Stroke
 
@@ -47,7 +47,7 @@ class Budget:
         return max(0.0, self.largest) / self.locking if self.locking > 0.0 else float("inf")
 
 
-def loop_budgets(fabric: Fabric, yarn: Yarn | None) -> Mapping[Axis, LoopBudget]:
+def loop_budgets(fabric: Fabric, yarn: Yarn | None) -> Mapping[Direction, LoopBudget]:
     """Return the budgets of a fabric's loops by the axis across the course along which they reach.
 
     The yarn is as thick at crossings as its material: loose fibres make room for each other.

@@ -121,7 +121,7 @@ def count_rows(loaded: Loaded) -> int:
     protocol = loaded.one_test().protocol
     try:
         facts = facts_of(protocol)
-        rows = planned_rows(protocol, {axis: facts.gauge_lengths[axis] for axis in protocol.axes})
+        rows = planned_rows(protocol, facts.gauges(protocol.axes))
     except SpecificationError as error:
         raise loaded.locate(error) from error
     fitted_machines(loaded)
@@ -145,7 +145,7 @@ def dry_run(source: Source) -> Plan:
     protocol = loaded.protocol
     try:
         facts = facts_of(protocol)
-        lengths = {axis: facts.gauge_lengths[axis] for axis in protocol.axes}
+        lengths = facts.gauges(protocol.axes)
         steps = planned_steps(protocol, lengths)
         planned = [stroke for step in steps for stroke in step.strokes]
         rows = planned_rows(protocol, lengths)

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 
 from app.checks.budget import loop_budgets
 from knitlab_core.knits import clasp_counts
+from rigs.axes import FACE
 from rigs.machines.pins import distance, pins_on
 from rigs.protocol.made_specimen import gauge_lengths, make_specimen
 from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from knitlab_core.knits import Specimen
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
     from rigs.protocol.catalogue import Fixture
     from rigs.protocol.extensometer import Extensometer
     from rigs.protocol.protocol import Protocol
@@ -35,7 +36,7 @@ class SpecimenFacts:
     yarn_length, clearance, fibre_radius : float
         Whole length, least surface distance of strands, radius of the fibre [m].
     gauge_lengths : Mapping
-        Initial distance of the hooks, clamps or plates of each axis [m].
+        Initial distance of the hooks, clamps or plates along each direction [m].
     locking_strain : float or None
         Estimated equibiaxial strain at which a loop has used up its yarn [1]; None where loops are
         not all alike.
@@ -49,10 +50,14 @@ class SpecimenFacts:
     yarn_length: float
     clearance: float
     fibre_radius: float
-    gauge_lengths: Mapping[Axis, float]
+    gauge_lengths: Mapping[Direction, float]
     locking_strain: float | None
     clasps: Mapping[str, int]
     pins: Mapping[Axis, float]
+
+    def gauges(self, axes: Iterable[Axis]) -> dict[Axis, float]:
+        """Return the gauge length of some axes [m]; of a shear that across its face."""
+        return {axis: self.gauge_lengths[FACE[axis]] for axis in axes}
 
 
 def describe(

@@ -20,6 +20,7 @@ Dialects:
   triaxial            stage and frame of the triaxial rig in one table
   alemnis             the nanoindenter's workbook, as Alemnis'
   alemnis-tsv         the same columns as text between tabs
+  shear-stage         the shear stage's: displacement, force, strain and stress of every axis
 
 \b
 Examples:

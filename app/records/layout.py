@@ -228,7 +228,7 @@ def _make_zeros(file: h5py.File, axes: Sequence[Axis], size: SpecimenSize) -> No
         **{f"zeroed_{kind}": ("i1", 0, None) for kind in KINDS},
         **{f"travel_{axis}": ("f8", 0.0, "m") for axis in axes},
         **{f"force_{axis}": ("f8", 0.0, "N") for axis in axes},
-        **{f"gauge_length_{axis}": ("f8", size.extents[axis], "m") for axis in axes},
+        **{f"gauge_length_{axis}": ("f8", size.gauge(axis), "m") for axis in axes},
     }
     for name, (dtype, value, unit) in values.items():
         _column(zeros, name, dtype, unit)

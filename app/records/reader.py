@@ -22,7 +22,7 @@ from knitlab_core.errors import FormatError
 from rigs.analysis.clasps import COLUMN, ClaspLoss, count_clasps
 from rigs.analysis.material_limits import LimitCrossing, MaterialLimit
 from rigs.analysis.stress_strain import effective_strain
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS
 from rigs.instruments.samples import thinned
 from rigs.instruments.zeros import Zeroing
 from rigs.jumps import jump_times
@@ -116,7 +116,7 @@ class RunReader:
             self.plates = _read_plates(file)
             self.provenance = dict(file.attrs)
             self.size = SpecimenSize(
-                extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES},
+                extents={axis: float(file.attrs[f"extent_{axis}"]) for axis in DIRECTIONS},
                 fibre_radius=float(file.attrs["fibre_radius"]),
                 convention=file.attrs["thickness_convention"],
             )
@@ -148,7 +148,7 @@ class RunReader:
 
     def strain(self, axis: Axis) -> FloatArray:
         """Return the effective strain of an axis at every equilibrium [1], (n,), from the specimen as mounted."""
-        return effective_strain(self.trace.columns[f"displacement_{axis}"], self.size.extents[axis])
+        return effective_strain(self.trace.columns[f"displacement_{axis}"], self.size.gauge(axis))
 
     def frames(self) -> tuple[Frame, ...]:
         """Return the stored shapes of the knit, in the order of time."""

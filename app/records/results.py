@@ -15,7 +15,7 @@ from rigs.analysis.clasps import clasps_of
 from rigs.analysis.cycles import cycle_figures
 from rigs.analysis.material_limits import crossings, limits_of
 from rigs.analysis.run_tables import LOST, STORED
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS, SHEARS
 from rigs.instruments.zeros import gauge_lengths_taken, pin_strain
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def figures_of(run: RunReader) -> tuple[Figure, ...]:
 
 def pitch_of(run: RunReader) -> dict[Axis, float]:
     """Return the pitch of the stitches of a yarn that relaxed into them before the test [m]; empty of a printed one."""
-    found = {axis: run.provenance.get(f"{PITCH}{axis}") for axis in AXES}
+    found = {axis: run.provenance.get(f"{PITCH}{axis}") for axis in DIRECTIONS}
     return {axis: float(pitch) for axis, pitch in found.items() if pitch is not None}
 
 
@@ -144,7 +144,7 @@ def _zeros(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
     """Yield both zeros of strain, as printed and where a gauge length was taken, if one was."""
     taken = gauge_lengths_taken(size, zeroings)
     for axis in taken[0].gauges if taken else ():
-        yield f"gauge length {axis}, as printed", size.extents[axis], "m"
+        yield f"gauge length {axis}, as printed", size.gauge(axis), "m"
         for zeroing in taken:
             where = "at the zero" if len(taken) == 1 else f"at {zeroing.place}"
             yield f"gauge length {axis}, {where}", zeroing.gauges[axis], "m"
@@ -162,12 +162,13 @@ def _mechanics(
 
 def _of_cycles(axis: str, cycles: Sequence[CycleFigures], name: str) -> Iterator[Figure]:
     """Yield the figures of the cycles of an axis; a name distinguishes the steps of several."""
+    shear = "shear " if axis in SHEARS else ""
     for figures in cycles:
         where = f"{axis}{name}, cycle {figures.cycle}"
         for level, value in figures.stress.items():
-            yield f"stress at {level:.0%}, {where}", value, "Pa"
-        yield f"secant modulus to 0.4%, {where}", figures.initial_secant, "Pa"
-        yield f"secant modulus to peak, {where}", figures.peak_secant, "Pa"
+            yield f"{shear}stress at {level:.0%}, {where}", value, "Pa"
+        yield f"secant {shear}modulus to 0.4%, {where}", figures.initial_secant, "Pa"
+        yield f"secant {shear}modulus to peak, {where}", figures.peak_secant, "Pa"
         yield f"work of loading, {where}", figures.loading_work, "J/m3"
         yield f"loop area, {where}", figures.loop_area, "J/m3"
         yield f"loop area / work of loading, {where}", figures.hysteresis, "1"
@@ -197,7 +198,7 @@ def _soundness(trace: Trace) -> Iterator[Figure]:
 
 def _pins(trace: Trace, zeroings: Sequence[Zeroing]) -> Iterator[Figure]:
     """Yield what an extensometer read: the distance of its pins at the start, and the range of strain between them."""
-    for axis in AXES:
+    for axis in DIRECTIONS:
         distance = trace.columns.get(f"pin_distance_{axis}")
         if distance is not None:
             strain = pin_strain(distance, trace.columns["time"], zeroings)

@@ -22,7 +22,7 @@ from app.schemas import load_sweep, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
 from app.views.curves import curves_of, stress_unit
-from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, stress_label
+from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, quantity_of, stress_label
 from app.views.sweep_plots import plot_figure
 from knitlab_core.errors import SpecificationError
 
@@ -276,7 +276,7 @@ def _plot(records: Sequence[tuple[Point, RunReader]], path: Path) -> Path:
         roles = [role for role in STYLES if any(role in curve.roles for curve in every if curve.axis == axis)]
         words = ", ".join(f"{ROLE_LABELS[role]} {LINES[STYLES[role]]}" for role in roles if len(roles) > 1)
         panel.set_title(f"{NAMES[axis]}{': ' * bool(words)}{words}", fontsize=11, loc="left")
-        panel.set_xlabel("effective strain [%]", fontsize=12)
-        panel.set_ylabel(stress_label(drawn[0][1], unit), fontsize=12)
+        panel.set_xlabel(f"{quantity_of([axis], 'strain')} [%]", fontsize=12)
+        panel.set_ylabel(stress_label(drawn[0][1], unit, [axis]), fontsize=12)
         panel.legend(frameon=False, fontsize=10, loc="upper left")
     return finish(figure, list(panels), path)

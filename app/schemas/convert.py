@@ -17,9 +17,9 @@ from app.schemas.steps import written_step
 from app.schemas.units import write
 from knitlab_core.knits import fabric_named, fabric_names
 from knitlab_core.materials import MATERIALS
-from rigs.protocol.catalogue import CATALOGUE
+from rigs.protocol.catalogue import CATALOGUE, require_others
 from rigs.protocol.extensometer import WORDS, Extensometer
-from rigs.protocol.protocol import LogSpec, Protocol, require_others
+from rigs.protocol.protocol import LogSpec, Protocol
 from rigs.protocol.specimen import SpecimenSpec
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from app.schemas.errors import Faults, ProtocolError, in_order, nearest, shown
 from app.schemas.sampling import MOST_PARAMETERS, Method, number_and_unit
 from app.schemas.units import allowed
 from app.schemas.values import Strain, Stress  # noqa: TC001 (pydantic reads the annotations)
+from rigs.axes import Axis  # noqa: TC001 (the same)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +43,7 @@ class TargetModel(Model):
     to: Strain | None = Field(default=None, description="the strain that the secant runs to, such as 20 %")
     loop_area: Stress | None = Field(default=None, description="an energy by volume as a stress: 30 J/m3 are 30 Pa")
     curve: str | None = Field(default=None, description="the name of a measured file beside this one")
-    axis: Literal["C", "W", "P"] = Field(description="C, W or P")
+    axis: Axis = Field(description="C, W or P, or WC, PC or PW of a shear")
     cycle: int = Field(default=1, description="a whole number from 1")
 
 

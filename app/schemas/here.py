@@ -6,18 +6,19 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from knitlab_core.knits import fabric_named, fabric_names
+from rigs.axes import spans
 from rigs.protocol.catalogue import CATALOGUE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from app.schemas.document import Data, Place
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
     from rigs.protocol.catalogue import Arrangement
 
 #: Other names of the axes.
 _AXES: Final[Mapping[str, Axis]] = MappingProxyType(
-    {"x": "C", "y": "W", "z": "P", "course": "C", "wale": "W", "pile": "P"}
+    {"x": "C", "y": "W", "z": "P", "course": "C", "wale": "W", "pile": "P", "shear": "WC", "cw": "WC", "s": "WC"}
 )
 
 
@@ -39,7 +40,11 @@ def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
     found = words
     match name:
         case "rig" if knit is not None:
-            found = [one for one, named in CATALOGUE.items() if one in words and _can_pull(named, knit)]
+            cell = _value(data, "specimen", "periodic") not in (None, False, "off")
+            able = [
+                one for one, named in CATALOGUE.items() if _can_pull(named, knit) and (cell or not named.cells_only)
+            ]
+            found = [one for one in able if one in words]
         case "hook" if knit is not None and "P" in knit:
             found = ["pin"]
         case "control" if "until_rupture" in place:
@@ -51,7 +56,7 @@ def allowed_here(data: Data, place: Place, known: Iterable[str]) -> list[str]:
     return found
 
 
-def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[Axis] | None) -> bool:
+def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[Direction] | None) -> bool:
     """Return whether a rig allows a word as the value of a field."""
     match name:
         case "knit":
@@ -59,7 +64,7 @@ def _suits(rig: Arrangement, name: str, word: str, mount: Data, knit: Sequence[A
         case "axes":
             return word == mount if rig.mounts_one and mount in rig.axes else word in rig.axes
         case "mount":
-            return word in rig.axes and (knit is None or word in knit)
+            return any(word == axis and (knit is None or spans(axis) <= {*knit}) for axis in rig.axes)
         case "others":
             return word in rig.others
         case _:
@@ -84,9 +89,10 @@ def _idle(rig: Arrangement) -> set[str]:
     return {*(() if rig.mounts_one else ("mount",)), *(("clock_offset", "clock_skew") if one_clock else ())}
 
 
-def _can_pull(rig: Arrangement, knit: Sequence[Axis]) -> bool:
+def _can_pull(rig: Arrangement, knit: Sequence[Direction]) -> bool:
     """Return whether a rig can pull a knit with faces across some axes."""
-    return any(axis in knit for axis in rig.axes) if rig.mounts_one else set(rig.axes) <= set(knit)
+    able = [spans(axis) <= {*knit} for axis in rig.axes]
+    return any(able) if rig.mounts_one else all(able)
 
 
 def _value(data: Data, *place: str) -> Data:
@@ -102,7 +108,7 @@ def _rig(data: Data) -> Arrangement | None:
     return next((rig for name, rig in CATALOGUE.items() if name == named), None)
 
 
-def _knit_axes(data: Data) -> tuple[Axis, ...] | None:
+def _knit_axes(data: Data) -> tuple[Direction, ...] | None:
     """Return the axes across which the knit has faces; None if it is none of those that have a name."""
     named = _value(data, "specimen", "knit")
     return fabric_named(named).axes if isinstance(named, str) and named in fabric_names() else None

@@ -66,8 +66,13 @@ class ProtocolModel(Model):
     name: Label | None = Field(
         default=None, description="a text or a number that names the test; without it the name of its file"
     )
-    rig: AnyRig = Field(description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper")
-    mount: Axis | None = Field(default=None, description="C, W or P, the axis that stands along the frame")
+    rig: AnyRig = Field(
+        description="biaxial-hook, uniaxial-frame, triaxial or sem-microgripper; of shear biaxial-shear, "
+        "shear-frame or triaxial-shear"
+    )
+    mount: Axis | None = Field(
+        default=None, description="C, W or P, the axis that stands along the frame; on shear-frame WC, PC or PW"
+    )
     specimen: SpecimenModel = Field(description="a mapping that names the specimen")
     speed_ref: Literal["pair", "grip"] = Field(
         default="pair", description="pair, the speed of the hook-to-hook length, or grip, that of one carriage"
@@ -75,7 +80,7 @@ class ProtocolModel(Model):
     load_cell: Force | None = Field(default=None, description="a load cell of the frame: 500 N, 1 kN or 2 kN")
     others: Others | None = Field(
         default=None,
-        description="hold, free or follow on biaxial-hook and triaxial; elsewhere free, which need not be said",
+        description="hold, free or, without shear, follow; where sides are free it is free, which need not be said",
     )
     log: LogModel = Field(default=LogModel(), description="a mapping such as {rate: 10 Hz, noise: on, seed: 0}")
     extensometer: Annotated[

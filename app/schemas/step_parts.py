@@ -30,7 +30,7 @@ from rigs.protocol.step import Step
 from rigs.protocol.steps import Repeat
 from rigs.protocol.targets import Control, ForceRate, Rate, StepLog, StrainRate, Target, Until
 
-AXES: Final = "a list of axes, such as [C, W]"
+AXES: Final = "a list of axes, such as [C, W] or, of shear, [WC]"
 COUNT: Final = "a whole number from 1"
 DROP: Final = "a share of the peak, such as 60 %"
 CONTROL: Final = "strain, displacement or force: what follows its course at the rate"

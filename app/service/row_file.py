@@ -58,7 +58,7 @@ def _lines(record: RunReader) -> Iterator[bytes]:
     for number, (phase, tag) in enumerate(zip(trace.phase, trace.tag, strict=True)):
         displacement = {axis: float(columns[f"displacement_{axis}"][number]) for axis in axes}
         force = {axis: float(columns[f"force_{axis}"][number]) for axis in axes}
-        strain = {axis: travel / size.extents[axis] for axis, travel in displacement.items()}
+        strain = {axis: travel / size.gauge(axis) for axis, travel in displacement.items()}
         time, cycle = float(columns["time"][number]), int(columns["cycle"][number])
         yield _line(number, time, phase, cycle, tag, strain, displacement, force)
 

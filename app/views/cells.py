@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.views.tubes import Tube
-from rigs.axes import AXES, COORDINATE
+from rigs.axes import COORDINATE, DIRECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +29,7 @@ SHOWN: Final = {2: 0.8, 3: 0.6}
 def vectors_at(run: RunReader, frames: Sequence[Frame]) -> list[FloatArray]:
     """Return the vectors (D, 3) of the cell at some frames [m]; empty where the specimen has edges."""
     columns = run.trace.columns
-    axes = [axis for axis in AXES if f"cell_{axis}" in columns]
+    axes = [axis for axis in DIRECTIONS if f"cell_{axis}" in columns]
     found = []
     for frame in frames if axes else ():
         row = int(np.argmin(np.abs(columns["time"] - frame.time)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from app.records.reader import read_run
 from app.views.curves import curves_of, stress_unit
-from app.views.plots import COLOURS, NAMES, draw_marks, draw_part, finish, stress_label
+from app.views.plots import COLOURS, NAMES, draw_marks, draw_part, finish, quantity_of, stress_label
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -81,9 +81,10 @@ def compare_runs(paths: Sequence[Path], out: Path, *, by_modulus: bool = False, 
             draw_part(axes, part, scale, ls=one.dashes, color=one.colour, alpha=light, lw=1.8, label=label)
             label = None
         draw_marks(axes, [one.curve], partial(_place, scale), named)
-    thickness = {stress_label(run.size, unit) for run in runs}
-    words = thickness.pop() if len(thickness) == 1 else f"effective stress [{unit}]"
-    axes.set_xlabel("effective strain [%]", fontsize=12)
+    shown = [one.curve.axis for one in lines]
+    thickness = {stress_label(run.size, unit, shown) for run in runs}
+    words = thickness.pop() if len(thickness) == 1 else f"{quantity_of(shown, 'stress')} [{unit}]"
+    axes.set_xlabel(f"{quantity_of(shown, 'strain')} [%]", fontsize=12)
     axes.set_ylabel(
         words.replace(f"stress [{unit}]", "stress / Young's modulus [1]") if by_modulus else words, fontsize=12
     )

@@ -15,7 +15,7 @@ from app.records.measurements import cycled, whole_test, zeroings_of
 from app.records.reader import read_run
 from app.views.curves import force_unit, stress_unit
 from app.views.labels import shortened
-from app.views.plots import NAMES, finish
+from app.views.plots import NAMES, finish, quantity_of
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.alignment import Alignment, aligned
 from rigs.analysis.comparison import Group, by_axis, comparison_table, quantities, reference_of
@@ -211,8 +211,9 @@ def draw(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along],
         for group in sorted(here, key=lambda one: one is not reference):
             colour = MEASURED if group is reference and group.measured else next(inks)
             _draw_group(axes, group, quantity, factor, colour, _label(group, scores))
-        axes.set_xlabel("effective strain [%]" if across == "strain" else "travel [mm]", fontsize=12)
-        axes.set_ylabel(f"effective stress [{unit}]" if along == "stress" else f"force [{unit}]", fontsize=12)
+        strain, stress = (quantity_of([axis], quantity) for quantity in ("strain", "stress"))
+        axes.set_xlabel(f"{strain} [%]" if across == "strain" else "travel [mm]", fontsize=12)
+        axes.set_ylabel(f"{stress} [{unit}]" if along == "stress" else f"force [{unit}]", fontsize=12)
         axes.legend(frameon=False, fontsize=11, loc="upper left")
         if len(panels) > 1:
             axes.set_title(panel_name(axis), fontsize=12, loc="left")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.records.measurements import zeroings_of
 from rigs.analysis.stress_strain import stress_strain
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS
 from rigs.instruments.zeros import pin_strain, size_in_time, zeroed
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def pin_curves(run: RunReader) -> tuple[PinCurve, ...]:
     columns, zeroings = run.trace.columns, zeroings_of(run)
     time = columns["time"]
     found = []
-    for axis in AXES:
+    for axis in DIRECTIONS:
         if f"pin_distance_{axis}" not in columns:
             continue
         stress = None

@@ -11,6 +11,7 @@ from app.checks.budget import fibre_line
 from app.schemas.defaults import shown_defaults
 from app.views.tables import console_of, print_facts, specimen_data
 from rigs.analysis.material_limits import limits_of
+from rigs.axes import FACE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -84,7 +85,7 @@ def print_plan(plan: Plan) -> None:
     for step in plan.steps:
         name = step.leaf.place.removeprefix("steps")
         for stroke in step.strokes[: _MOST_LINES - lines]:
-            ways = [_way(stroke, axis, lengths[axis]) for axis in axes]
+            ways = [_way(stroke, axis, lengths[FACE[axis]]) for axis in axes]
             table.add_row(name, str(stroke.cycle), _what(stroke), *ways, f"{stroke.duration:.4g} s", stroke.tag or "")
             name, lines = "", lines + 1
         if not step.strokes and lines < _MOST_LINES:

@@ -9,9 +9,10 @@ from app.views.curves import curves_of, force_unit, stress_unit
 from app.views.lettering import boxes_allowed, write_plainly
 from app.views.pin_curves import pin_curves
 from knitlab_core.errors import SpecificationError
+from rigs.axes import SHEARS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -24,10 +25,31 @@ if TYPE_CHECKING:
     from rigs.record import SpecimenSize
 
 #: Okabe and Ito's palette: told apart by colour-blind readers.
-COLOURS: dict[Axis, str] = {"C": "#0072B2", "W": "#D55E00", "P": "#009E73"}
-NAMES: dict[Axis, str] = {"C": "course", "W": "wale", "P": "pile"}
+COLOURS: dict[Axis, str] = {
+    "C": "#0072B2",
+    "W": "#D55E00",
+    "P": "#009E73",
+    "WC": "#CC79A7",
+    "PC": "#56B4E9",
+    "PW": "#E69F00",
+}
+NAMES: dict[Axis, str] = {
+    "C": "course",
+    "W": "wale",
+    "P": "pile",
+    "WC": "shear WC",
+    "PC": "shear PC",
+    "PW": "shear PW",
+}
 #: Curves that lie on each other show through each other's dashes.
-DASHES: dict[Axis, str | tuple[float, tuple[float, ...]]] = {"C": "-", "W": (0, (4, 3)), "P": (0, (2, 2))}
+DASHES: dict[Axis, str | tuple[float, tuple[float, ...]]] = {
+    "C": "-",
+    "W": (0, (4, 3)),
+    "P": (0, (2, 2)),
+    "WC": "-.",
+    "PC": (0, (6, 2, 1, 2)),
+    "PW": (0, (1, 2)),
+}
 #: Strain that an extensometer reads.
 PINNED: tuple[float, tuple[float, ...]] = (0, (1, 1.5))
 STYLES: Mapping[Role, str] = {"loading": "-", "unloading": "--", "hold": ":", "held": "-.", "free": "-."}
@@ -130,10 +152,22 @@ def _split(axes: Axes) -> tuple[Axes, Axes]:
     return upper, figure.add_subplot(parts[1], sharex=upper)
 
 
-def stress_label(size: SpecimenSize, unit: str = "kPa") -> str:
+def quantity_of(axes: Iterable[str], quantity: str) -> str:
+    """Return what a strain or a stress of some axes is called.
+
+    Examples
+    --------
+    >>> quantity_of(["C"], "strain"), quantity_of(["WC"], "strain"), quantity_of(["C", "WC"], "stress")
+    ('effective strain', 'shear strain', 'effective or shear stress')
+    """
+    kinds = {"shear" if axis in SHEARS else "effective" for axis in axes} or {"effective"}
+    return f"{' or '.join(sorted(kinds))} {quantity}"
+
+
+def stress_label(size: SpecimenSize, unit: str = "kPa", axes: Iterable[Axis] = ()) -> str:
     """Return the label of the stress axis, with the thickness that stress refers to."""
     agreed = f"thickness {1e3 * size.extents['P']:g} mm" if size.convention == "unit" else "initial cross-section"
-    return f"effective stress [{unit}]  ({agreed})"
+    return f"{quantity_of(axes, 'stress')} [{unit}]  ({agreed})"
 
 
 def draw_part(axes: Axes, part: Part, factor: float, **look: object) -> None:
@@ -238,8 +272,9 @@ def _plot_loops(axes: Axes, curves: Sequence[Curve], size: SpecimenSize, pins: S
         if pair.stress is not None:
             axes.plot(100 * pair.strain, factor * pair.stress, color=COLOURS[pair.axis], lw=1.4, ls=PINNED)
     draw_marks(axes, curves, lambda mark: (100 * mark.strain, factor * mark.stress))
-    axes.set_xlabel("effective strain [%]", fontsize=12)
-    axes.set_ylabel(stress_label(size, unit), fontsize=12)
+    shown = [curve.axis for curve in curves]
+    axes.set_xlabel(f"{quantity_of(shown, 'strain')} [%]", fontsize=12)
+    axes.set_ylabel(stress_label(size, unit, shown), fontsize=12)
     show_legend(axes, [*legend_of(curves), *_pin_entries(pins)])
 
 

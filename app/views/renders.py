@@ -13,6 +13,7 @@ from app.views.plots import BEYOND, NAMES
 from app.views.tube_figures import draw
 from app.views.tubes import tube
 from knitlab_core.errors import SpecificationError
+from rigs.axes import DIRECTIONS, SHEARS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -99,11 +100,11 @@ def knit_frames(run: RunReader, path: Path) -> Path:
 def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     """Select the first frame, the peak, and those at multiples of 20 % strain or the one nearest the middle.
 
-    The peak is the first frame at the largest strain of any axis, in tension or compression.
+    The peak is the first frame at the largest strain of any axis, in tension or compression; a shear adds to it.
     """
     if not frames:
         return ()
-    size = [max((abs(value) for value in frame.strain.values()), default=0.0) for frame in frames]
+    size = [_largest(frame, DIRECTIONS) + _largest(frame, SHEARS) for frame in frames]
     last = int(np.argmax(np.array(size) >= max(size) - 1e-9))
     marks = {0: 0, last: 1}
     step = MARK * max(1, round(size[last] / (MARK * MOST_MARKS)))
@@ -116,6 +117,11 @@ def marked_frames(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     if not any(abs(size[number] - 0.5 * size[last]) < 0.25 * size[last] for number in marks) and last > 1:
         marks[min(range(1, last), key=lambda number: abs(size[number] - 0.5 * size[last]))] = -1
     return tuple(frames[number] for number in sorted(marks))
+
+
+def _largest(frame: Frame, axes: Sequence[Axis]) -> float:
+    """Return the largest strain of some axes, either way [1]; 0 where none of them is driven."""
+    return max((abs(frame.strain[axis]) for axis in axes if axis in frame.strain), default=0.0)
 
 
 def beyond(frame: Frame, strands: Sequence[int], limit: float) -> list[int]:

@@ -182,7 +182,7 @@ def count_clasps(trace: Trace, size: SpecimenSize) -> ClaspCount:
     # Only rows that differ from the one before can be news.
     news = np.flatnonzero(np.any(np.diff(table, axis=1, prepend=-1) != 0, axis=0)) if columns else ()
     for row in map(int, news):
-        strain = {axis: float(trace.columns[f"displacement_{axis}"][row]) / size.extents[axis] for axis in trace.axes}
+        strain = {axis: float(trace.columns[f"displacement_{axis}"][row]) / size.gauge(axis) for axis in trace.axes}
         held = {joined: int(column[row]) for joined, column in columns.items()}
         count.note(row, float(trace.columns["time"][row]), held, strain)
     return count

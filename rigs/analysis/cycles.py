@@ -9,7 +9,8 @@ import numpy as np
 
 from rigs.analysis.branches import branch
 from rigs.analysis.moduli import FIRST_STRAIN, secant_modulus, stress_at
-from rigs.analysis.work import cycle_work, hysteresis, is_closed, loop_area
+from rigs.analysis.work import cycle_work, hysteresis, is_closed, loop_area, work_put_in
+from rigs.axes import SHEARS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +35,7 @@ class CycleFigures:
     stress : dict of float to float
         Stress on loading [Pa] by strain [1]; ``nan`` where the branch does not reach.
     loading_work : float
-        Work of loading [J/m³].
+        Work of loading [J/m³]; of a shear all that the cycle takes, either way.
     loop_area : float
         Dissipated energy density [J/m³]; ``nan`` if the cycle did not come back to where it set out from.
     hysteresis : float
@@ -88,14 +89,20 @@ def cycle_figures(
         loop = branch(phase, cycle, int(number), ["Stretch", "Hold", "Recover"])
         closed = is_closed(strain[loop], closed_within)
         start, peak = float(strain[up[0]]), float(strain[up].max())
+        area = loop_area(strain[loop], stress[loop]) if closed else float("nan")
+        share = hysteresis(strain[loop], stress[loop]) if closed else float("nan")
+        work = cycle_work(strain[up], stress[up])
+        if axis in SHEARS:
+            work = work_put_in(strain[loop], stress[loop])
+            share = area / work if work > 0.0 else float("nan")
         found.append(
             CycleFigures(
                 axis=axis,
                 cycle=int(number),
                 stress={at: stress_at(strain[up], stress[up], at) for at in LEVELS},
-                loading_work=cycle_work(strain[up], stress[up]),
-                loop_area=loop_area(strain[loop], stress[loop]) if closed else float("nan"),
-                hysteresis=hysteresis(strain[loop], stress[loop]) if closed else float("nan"),
+                loading_work=work,
+                loop_area=area,
+                hysteresis=share,
                 initial_secant=secant_modulus(strain[up], stress[up], start + FIRST_STRAIN, start),
                 peak_secant=secant_modulus(strain[up], stress[up], peak, start) if peak > start else float("nan"),
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, nan
 from typing import TYPE_CHECKING, Final
 
@@ -15,6 +15,7 @@ from rigs.analysis.moduli import secant_modulus
 from rigs.analysis.regression import segment_modulus
 from rigs.analysis.table import Table, table_of
 from rigs.analysis.work import cycle_work, loading_work_ratios, summed_hysteresis
+from rigs.axes import SHEARS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -48,6 +49,28 @@ class Figure:
     high: float = nan
 
 
+_SHEAR_WORDS: Final = (
+    ("Tensile", "Shear"),
+    ("tensile", "shear"),
+    ("Modulus", "Shear modulus"),
+    ("Extension", "Shear displacement"),
+)
+"""What a figure of a pull is called in a shear: its words, and those in their place."""
+
+
+def figure_name(name: str, axis: str) -> str:
+    """Return the name of a figure along an axis.
+
+    Examples
+    --------
+    >>> figure_name("Modulus (secant to peak)", "C"), figure_name("Modulus (secant to peak)", "WC")
+    ('Modulus (secant to peak)', 'Shear modulus (secant to peak)')
+    """
+    for pull, shear in _SHEAR_WORDS if axis in SHEARS else ():
+        name = name.replace(pull, shear)
+    return name
+
+
 def results_table(whole: Sequence[Measurement], cycled: Sequence[Measurement], choices: Choices) -> Table:
     """Return the figures of a test as a tidy table, those without a value left out.
 
@@ -72,7 +95,8 @@ def results_table(whole: Sequence[Measurement], cycled: Sequence[Measurement], c
 def figures_table(name: str, figures: Iterable[Figure]) -> Table:
     """Return figures as a tidy table, those without a value left out."""
     names = tuple(Figure.__dataclass_fields__)
-    rows = [{field: getattr(one, field) for field in names} for one in figures if isfinite(one.value)]
+    named = [replace(one, figure=figure_name(one.figure, one.axis)) for one in figures if isfinite(one.value)]
+    rows = [{field: getattr(one, field) for field in names} for one in named]
     return table_of(name, rows, {}, *names)
 
 

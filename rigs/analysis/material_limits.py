@@ -128,7 +128,7 @@ def crossings(trace: Trace, size: SpecimenSize, limits: Sequence[MaterialLimit])
                     limit=limit,
                     row=row,
                     time=columns["time"],
-                    strain={axis: columns[f"displacement_{axis}"] / size.extents[axis] for axis in trace.axes},
+                    strain={axis: columns[f"displacement_{axis}"] / size.gauge(axis) for axis in trace.axes},
                     fibre_strain=columns["fibre_strain"],
                 )
             )

@@ -30,7 +30,7 @@ BINS: Final = 40
 
 def strains_of(trace: Trace, size: SpecimenSize) -> dict[Axis, FloatArray]:
     """Return the strain of every driven axis from the specimen as mounted [1], (n,)."""
-    return {axis: trace.columns[f"displacement_{axis}"] / size.extents[axis] for axis in trace.axes}
+    return {axis: trace.columns[f"displacement_{axis}"] / size.gauge(axis) for axis in trace.axes}
 
 
 def _base(trace: Trace, size: SpecimenSize) -> dict[str, Sequence[Cell]]:

@@ -54,4 +54,4 @@ def stress_strain(
     travel: FloatArray, force: FloatArray, axis: Axis, size: SpecimenSize | SizeInTime
 ) -> tuple[FloatArray, FloatArray]:
     """Return strain [1] and stress [Pa] of an axis, (n,), from its travel [m] and force [N], zeroed."""
-    return effective_strain(travel, size.extents[axis]), effective_stress(force, size.section(axis))
+    return effective_strain(travel, size.gauge(axis)), effective_stress(force, size.section(axis))

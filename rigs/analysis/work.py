@@ -82,6 +82,21 @@ def hysteresis(strain: FloatArray, stress: FloatArray) -> float:
     return loop_area(strain, stress) / loading if loading > 0 else float("nan")
 
 
+def work_put_in(strain: FloatArray, stress: FloatArray) -> float:
+    """Return ∫ σ dε along the parts of a path where it is above 0, trapezium by trapezium [J/m³].
+
+    A cycle that loads a specimen both ways, such as one of shear, takes work twice. Of its way up `cycle_work` gives
+    what it takes less what comes back from the other side.
+
+    Parameters
+    ----------
+    strain, stress : FloatArray, shape (n,)
+        The path in the order of time [1], [Pa].
+    """
+    parts = 0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)
+    return float(np.sum(np.maximum(parts, 0.0)))
+
+
 def is_closed(strain: FloatArray, within: float = 1e-3) -> bool:
     """Return whether a path comes back to the strain it began at, within a share of its range [1]."""
     return bool(abs(strain[-1] - strain[0]) <= within * np.ptp(strain))

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigs.axes import FACE
 from rigs.instruments.signals import first_zeroed, zero_offset
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigs.axes import Axis, FloatArray
+    from rigs.axes import Axis, Direction, FloatArray
     from rigs.protocol.targets import Channel
     from rigs.record import SpecimenSize
 
@@ -57,14 +58,18 @@ class SizeInTime:
     Attributes
     ----------
     extents : Mapping
-        Gauge length of each axis that is driven, printed extent of others [m], (n,).
+        Gauge length along each direction that is driven, printed extent along others [m], (n,).
     """
 
-    extents: Mapping[Axis, FloatArray]
+    extents: Mapping[Direction, FloatArray]
+
+    def gauge(self, axis: Axis) -> FloatArray:
+        """Return the length by which the travel of an axis is strain [m], (n,); of a shear that across its face."""
+        return self.extents[FACE[axis]]
 
     def section(self, axis: Axis) -> FloatArray:
-        """Return the cross-section that carries the force of an axis [m²], (n,): both extents across it."""
-        return reduce(mul, (extent for across, extent in self.extents.items() if across != axis))
+        """Return the area of the face that carries the force of an axis [m²], (n,): both extents along it."""
+        return reduce(mul, (extent for across, extent in self.extents.items() if across != FACE[axis]))
 
 
 def size_in_time(time: FloatArray, size: SpecimenSize, zeroings: Iterable[Zeroing]) -> SizeInTime:
@@ -73,7 +78,7 @@ def size_in_time(time: FloatArray, size: SpecimenSize, zeroings: Iterable[Zeroin
     for zeroing in zeroings:
         first = first_zeroed(time, zeroing.time)
         for axis, length in zeroing.gauges.items():
-            extents[axis][first:] = length
+            extents[FACE[axis]][first:] = length
     return SizeInTime(extents=extents)
 
 
@@ -94,7 +99,7 @@ def pin_strain(distance: FloatArray, time: FloatArray, zeroings: Iterable[Zeroin
 
 def gauge_lengths_taken(size: SpecimenSize, zeroings: Sequence[Zeroing]) -> list[Zeroing]:
     """Return the zeroings at which a gauge length changed, in the order of time; none where all are as printed."""
-    found, now = [], dict(size.extents)
+    found, now = [], {axis: size.gauge(axis) for zeroing in zeroings for axis in zeroing.gauges}
     for zeroing in zeroings:
         if any(length != now[axis] for axis, length in zeroing.gauges.items()):
             found.append(zeroing)

@@ -63,7 +63,7 @@ def _lengths(test: Logged, table: Table) -> Facts:
         return dict.fromkeys(("gauge length", "printed length", "zero"))
     return {
         "gauge length": taken[-1].gauges[axis],
-        "printed length": test.size.extents[axis],
+        "printed length": test.size.gauge(axis),
         "zero": taken[-1].travel[axis],
     }
 

@@ -60,7 +60,7 @@ def shown(test: Logged, samples: Samples) -> dict[str, list[float]]:
         "Time": samples.time.tolist(),
         "Extension": travel.tolist(),
         "Load": load.tolist(),
-        "Strain": (travel / size.extents[axis]).tolist(),
+        "Strain": (travel / size.gauge(axis)).tolist(),
         "Stress": (load / size.section(axis)).tolist(),
         **pin_channels(samples),
     }

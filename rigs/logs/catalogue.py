@@ -13,6 +13,7 @@ from rigs.logs import (
     bluehill3_quoted,
     bluehill3_results,
     bluehill_universal,
+    shear_stage,
     triaxial,
 )
 
@@ -32,6 +33,7 @@ _LOGS: Final[dict[str, Log]] = {
         triaxial.LOG,
         alemnis.LOG,
         alemnis.AS_TEXT,
+        shear_stage.LOG,
     )
 }
 

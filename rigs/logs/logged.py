@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import chain
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from knitlab_core.errors import SpecificationError
@@ -11,7 +12,7 @@ from rigs.axes import AXES
 from rigs.instruments.channels import EXTENSOMETER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from rigs.axes import Axis
     from rigs.instruments.samples import Samples, Table
@@ -81,6 +82,9 @@ class Log:
     pins : Column or None
         Form of the columns that an extensometer's channels have, after all others and only where there is one: its
         name is followed by the axis. None for a log that shows none.
+    axis_columns : callable or None
+        Gives the columns of an axis that its machine drives, which come after the dialect's; None for a log whose
+        columns are the same whatever is driven.
     """
 
     dialect: Dialect
@@ -90,18 +94,32 @@ class Log:
     about: str
     kind: Literal["text", "sheet"] = "text"
     pins: Column | None = None
+    axis_columns: Callable[[Axis], tuple[Column, ...]] | None = None
 
     def shown(self, test: Logged) -> Dialect:
-        """Return its bytes for a test: the dialect, with a column for each pair of pins that was measured."""
-        if self.pins is None:
-            return self.dialect
-        further = []
+        """Return its bytes for a test: the dialect, with the columns of each axis and pair of pins."""
+        dialect, further = self.dialect, []
         for machine in self.machines:
             before = f"{machine}." if len(self.machines) > 1 else ""
-            for name in pin_names(test.samples[machine].part(0, 1)):
-                heading = self.pins.name.replace("{axis}", name.removeprefix(EXTENSOMETER))
-                further.append(replace(self.pins, name=f"{before}{heading}", channel=f"{before}{name}"))
+            samples = test.samples[machine].part(0, 1)
+            dialect = self.of_axes(axes_of(samples))
+            if self.pins is not None:
+                further += list(_pin_columns(self.pins, before, pin_names(samples)))
+        return replace(dialect, columns=(*dialect.columns, *further))
+
+    def of_axes(self, axes: Iterable[Axis]) -> Dialect:
+        """Return its bytes for some axes of its machine, without columns of pins."""
+        if self.axis_columns is None:
+            return self.dialect
+        further = chain.from_iterable(map(self.axis_columns, axes))
         return replace(self.dialect, columns=(*self.dialect.columns, *further))
+
+
+def _pin_columns(form: Column, before: str, names: Iterable[str]) -> Iterator[Column]:
+    """Yield the column of each of the extensometer's channels of a machine."""
+    for name in names:
+        heading = form.name.replace("{axis}", name.removeprefix(EXTENSOMETER))
+        yield replace(form, name=f"{before}{heading}", channel=f"{before}{name}")
 
 
 def pin_names(samples: Samples) -> list[str]:
@@ -114,6 +132,11 @@ def pin_channels(samples: Samples) -> dict[str, list[float]]:
     return {name: samples.measured[name].tolist() for name in pin_names(samples)}
 
 
+def axes_of(samples: Samples) -> list[Axis]:
+    """Return the axes that a machine drives."""
+    return [axis for axis in AXES if f"force_{axis}" in samples.reads.values()]
+
+
 def axis_of(samples: Samples) -> Axis:
     """Return the axis along which a machine that pulls one axis pulls."""
-    return next(axis for axis in AXES if f"force_{axis}" in samples.reads.values())
+    return axes_of(samples)[0]

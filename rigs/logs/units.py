@@ -19,7 +19,7 @@ UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "length": {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9},
     "force": {"N": 1.0, "mN": 1e3, "uN": 1e6, "kN": 1e-3},
     "stress": {"Pa": 1.0, "kPa": 1e-3, "MPa": 1e-6},
-    "strain": {"%": 1e2, "mm/mm": 1.0},
+    "strain": {"%": 1e2, "mm/mm": 1.0, "1": 1.0},
 }
 """Factors from the SI unit of each quantity to units that columns may be shown in."""
 

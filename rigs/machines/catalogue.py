@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.registries import register_part
+from rigs.axes import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,6 +41,7 @@ _MACHINES: Final[dict[MachineName, Machine]] = {
     "biaxial-hook": Machine(channels={"C": "X", "W": "Y"}, numbers=_DATA / "biaxial_hook.yaml"),
     "uniaxial-frame": Machine(channels={"C": "", "W": "", "P": ""}, numbers=_DATA / "uniaxial_frame.yaml"),
     "nanoindenter": Machine(channels={"P": ""}, numbers=_DATA / "nanoindenter.yaml"),
+    "shear-stage": Machine(channels={axis: axis for axis in AXES}, numbers=_DATA / "shear_stage.yaml"),
 }
 
 MACHINES: Final[Mapping[MachineName, Machine]] = MappingProxyType(_MACHINES)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from knitlab_core.knits import clamp_nodes, plate_nodes
-from rigs.axes import AXES, COORDINATE, SITES
+from rigs.axes import COORDINATE, DIRECTIONS, FACE, SHEARS, SITES
 from rigs.protocol.catalogue import clamped_axes
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def grips_on(
         plates = plate_nodes(specimen)
         edges = [plates.lower, plates.upper]
     elif drive.fixture == "clamps":
-        clamps = clamp_nodes(specimen, axis, clamped_axes(fixtures or {}))
+        clamps = clamp_nodes(specimen, FACE[axis], clamped_axes(fixtures or {}))
         edges = [clamps.lower, clamps.upper]
     else:
         in_jaws = list(clamped_nodes(specimen, fixtures or {}).values())
@@ -133,40 +133,26 @@ def grips_on(
 
 
 def ideal_grips(specimen: Specimen, axis: Axis) -> tuple[Grip, Grip]:
-    """Return grips that stretch a periodic cell along an axis: the second holds the cell's vector, the first nothing.
+    """Return grips that drive a periodic cell along an axis: the second holds a component of a vector, the first none.
 
     The nodes whose positions are the vectors come after all others of the model: the course's, the wale's, the pile's.
+    An axis holds the vector across its face, along its own direction.
     """
-    nobody, number = np.empty(0, dtype=np.int64), COORDINATE[axis]
-    held: Held = (axis == "C", axis == "W", axis == "P", False)
+    nobody, number, along = np.empty(0, dtype=np.int64), DIRECTIONS.index(FACE[axis]), COORDINATE[axis]
+    held: Held = (along == 0, along == 1, along == 2, False)
     vector = np.array([number - len(specimen.cell.vectors) if specimen.cell else 0])
     first = Grip(axis=axis, side=-1, nodes=nobody, held=held, pole=None, anchored=nobody, travel=0.0, cell=0.0)
     return first, replace(first, side=1, nodes=vector, travel=1.0, cell=1.0)
-
-
-def shears(axes: Sequence[Axis]) -> list[tuple[Axis, Axis]]:
-    """Return which vectors of a periodic cell may lean along which axes: each along those before its own.
-
-    A cell that could lean the other way too could turn as a whole.
-
-    Examples
-    --------
-    >>> shears(("C", "W")), shears(("C", "W", "P"))
-    ([('W', 'C')], [('W', 'C'), ('P', 'C'), ('P', 'W')])
-    """
-    return [(axis, along) for k, axis in enumerate(axes) for along in axes[:k]]
 
 
 def release(model: Model, driven: Collection[Axis], *, sheared: bool) -> None:
     """Set free, in place, the lengths of a periodic cell along the axes that nothing drives, and its shear if asked."""
     if model.ties is None:
         return
-    vectors = dict(zip(AXES, model.ties.cell, strict=False))
-    for axis, vector in vectors.items():
-        if axis not in driven:
-            model.fixed[vector, COORDINATE[axis]] = False
-    for axis, along in shears(tuple(vectors)) if sheared else ():
-        model.fixed[vectors[axis], COORDINATE[along]] = False
+    vectors = dict(zip(DIRECTIONS, model.ties.cell, strict=False))
+    for axis in (*DIRECTIONS, *(SHEARS if sheared else ())):
+        if FACE[axis] in vectors and axis not in driven:
+            model.fixed[vectors[FACE[axis]], COORDINATE[axis]] = False
 
 
 def clamped_nodes(specimen: Specimen, fixtures: Mapping[Axis, Fixture]) -> dict[SiteSet, IntArray]:
@@ -174,7 +160,7 @@ def clamped_nodes(specimen: Specimen, fixtures: Mapping[Axis, Fixture]) -> dict[
     found: dict[SiteSet, IntArray] = {}
     for axis, fixture in fixtures.items():
         if fixture == "clamps":
-            clamps = clamp_nodes(specimen, axis, clamped_axes(fixtures))
+            clamps = clamp_nodes(specimen, FACE[axis], clamped_axes(fixtures))
             found |= zip(SITES[axis], (clamps.lower, clamps.upper), strict=True)
     return found
 
@@ -274,10 +260,10 @@ def rigid_forces(grip: Grip, reaction: FloatArray) -> dict[str, float]:
     total = reaction[grip.nodes].sum(axis=0)
     return {
         name: float(total[COORDINATE[along]])
-        for name, along in zip(rigid_names(grip.axis, grip.side), AXES, strict=True)
+        for name, along in zip(rigid_names(grip.axis, grip.side), DIRECTIONS, strict=True)
     }
 
 
 def rigid_names(axis: Axis, side: Side) -> list[str]:
     """Return the names of the forces of a clamp or a plate along C, W and P."""
-    return [f"{axis}{'+' if side > 0 else '-'}_{along}" for along in AXES]
+    return [f"{axis}{'+' if side > 0 else '-'}_{along}" for along in DIRECTIONS]

@@ -10,14 +10,13 @@ import numpy as np
 from knitlab_core.equilibrium.hook_friction import pole_forces
 from knitlab_core.equilibrium.model import DECIMALS
 from knitlab_core.equilibrium.rupture import Spot, break_fibre, weakest
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS, FACE, SHEARS
 from rigs.machines.fixtures import (
     largest_lateral,
     place,
     pull,
     rigid_forces,
     rigid_names,
-    shears,
 )
 from rigs.machines.pins import distance, stitch_pitch
 
@@ -66,7 +65,7 @@ class Rig:
     measured : bool
         Whether the yarn is one by measurement, of whose fibres only the mean strain is known.
     sheared : bool
-        Whether a periodic cell is free to shear.
+        Whether a periodic cell is free to shear where no axis drives it.
     """
 
     specimen: Specimen
@@ -85,20 +84,21 @@ class Rig:
 
     @property
     def gauges(self) -> dict[Axis, float]:
-        """Return the initial hook-to-hook length of each axis that is driven [m]."""
-        return {axis: self.size.extents[axis] for axis in self.grips}
+        """Return the gauge length of each axis that is driven [m]: the initial hook-to-hook length along it."""
+        return {axis: self.size.gauge(axis) for axis in self.grips}
 
     @property
     def cell_columns(self) -> tuple[str, ...]:
         """Return the components of a periodic cell's vectors that its rows have; none of a specimen with edges.
 
-        ``W`` is the length along the wale, ``WC`` how far its vector leans along the course where shear is free.
+        ``W`` is the length along the wale, ``WC`` how far its vector leans along the course where it is driven or free
+        to.
         """
         if self.specimen.cell is None:
             return ()
-        axes = AXES[: len(self.specimen.cell.vectors)]
-        leaning = [f"{axis}{along}" for axis, along in shears(axes)] if self.sheared else []
-        return (*axes, *leaning)
+        directions = DIRECTIONS[: len(self.specimen.cell.vectors)]
+        leaning = [axis for axis in SHEARS if FACE[axis] in directions and (self.sheared or axis in self.grips)]
+        return (*directions, *leaning)
 
     @property
     def fixture_forces(self) -> list[str]:

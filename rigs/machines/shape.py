@@ -9,7 +9,7 @@ import numpy as np
 from knitlab_core.rods.rod import edges_of
 from knitlab_core.rods.rupture import axial_strain as stretched_along
 from knitlab_core.rods.rupture import bending_strain as bent_along
-from rigs.axes import AXES, COORDINATE
+from rigs.axes import AXES, COORDINATE, DIRECTIONS, FACE
 
 if TYPE_CHECKING:
     from knitlab_core.equilibrium.model import State
@@ -49,8 +49,11 @@ def cell_shape(rig: Rig, state: State) -> dict[str, float]:
     if rig.specimen.cell is None:
         return {}
     vectors = rig.work.model.scales.length * state.q[-len(rig.specimen.cell.vectors) :, :3]
-    at: dict[str, int] = {axis: COORDINATE[axis] for axis in AXES}
-    return {name: float(vectors[at[name[0]]][at[name[-1]]]) for name in rig.cell_columns}
+    return {
+        axis: float(vectors[DIRECTIONS.index(FACE[axis]), COORDINATE[axis]])
+        for axis in AXES
+        if axis in rig.cell_columns
+    }
 
 
 def contact_force(rig: Rig, state: State) -> FloatArray:

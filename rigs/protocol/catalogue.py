@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from knitlab_core.errors import SpecificationError
 from knitlab_core.registries import register_part
+from rigs.axes import AXES, DIRECTIONS, FACE, SHEARS
+from rigs.protocol.bounds import require
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
 
 RigName: TypeAlias = str
 MachineName: TypeAlias = str
 Sides: TypeAlias = Literal["hold", "free"]
 Others: TypeAlias = Literal["hold", "free", "follow"]
 Grips: TypeAlias = Literal["hooks", "clamps"]
-Fixture: TypeAlias = Grips | Literal["plates"]
+Fixture: TypeAlias = Grips | Literal["plates", "cell"]
 Hook: TypeAlias = Literal["pin", "wire"]
 Held: TypeAlias = tuple[bool, bool, bool, bool]
 
@@ -41,9 +43,9 @@ class Drive:
         Share of each carriage's pull in what the load cell of the axis shows [1].
     held : tuple of bool
         Which of x, y, z and the edge's angle it prescribes to the nodes that it holds.
-    fixture : {'hooks', 'clamps', 'plates'}
-        Whether it holds the boundary sites of its face by hooks, the stitches of its edge by the jaws of a clamp, or
-        by a plate all that is printed into one.
+    fixture : {'hooks', 'clamps', 'plates', 'cell'}
+        Whether it holds the boundary sites of its face by hooks, the stitches of its edge by the jaws of a clamp, by a
+        plate all that is printed into one, or no edge at all: a vector of a periodic cell.
     pole : Axis or None
         Direction of the poles, along which hooks slide freely; None for a clamp or a plate.
     anchored : bool
@@ -90,8 +92,28 @@ class Arrangement:
 
     @property
     def others(self) -> tuple[Others, ...]:
-        """Return what axes can be told to do that a step does not name; free sides have no carriage to hold them."""
-        return ("hold", "free", "follow") if self.sides == "hold" else ("free",)
+        """Return what axes can be told to do that a step does not name; free sides have no carriage to hold them.
+
+        The strain of a stretch is none that a shear could follow.
+        """
+        if self.sides == "free":
+            return ("free",)
+        return ("hold", "free") if self.shears else ("hold", "free", "follow")
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """Return the directions that it stretches a specimen along."""
+        return tuple(direction for direction in DIRECTIONS if direction in self.drives)
+
+    @property
+    def shears(self) -> bool:
+        """Return whether it shears a specimen."""
+        return any(axis in SHEARS for axis in self.drives)
+
+    @property
+    def cells_only(self) -> bool:
+        """Return whether it holds a periodic cell alone."""
+        return any(drive.fixture == "cell" for drive in self.drives.values())
 
 
 #: A pole is across the pull, in the plane of a planar knit; a hook holds what is left: the pull, and the second
@@ -112,6 +134,9 @@ _STAGE: Final = Drive(machine="biaxial-hook", travel=(0.5, 0.5), cell=(0.5, 0.5)
 
 #: The lower clamp is fixed, the crosshead carries the upper one and the load cell above it.
 _FRAME: Final = Drive(machine="uniaxial-frame", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(False,) * 4)
+
+#: Ideal grips of a periodic cell: of each of its vectors the end is moved and carries the load cell.
+_CELL: Final = Drive(machine="shear-stage", travel=(0.0, 1.0), cell=(0.0, 1.0), held=(False,) * 4, fixture="cell")
 
 
 def _hung(drive: Drive, hooks: Mapping[Axis, tuple[Held, Axis]], *axes: Axis) -> dict[Axis, Drive]:
@@ -136,6 +161,10 @@ _RIGS: Final[dict[RigName, Arrangement]] = {
         mounts_one=False,
         sides="free",
     ),
+    "biaxial-shear": Arrangement(drives=dict.fromkeys(("C", "W", "WC"), _CELL), mounts_one=False, sides="hold"),
+    # The cell's lengths are free: it shears at no normal force.
+    "shear-frame": Arrangement(drives=dict.fromkeys(SHEARS, _CELL), mounts_one=True, sides="free"),
+    "triaxial-shear": Arrangement(drives=dict.fromkeys(AXES, _CELL), mounts_one=False, sides="hold"),
 }
 
 
@@ -156,6 +185,12 @@ def rig_named(name: RigName) -> Arrangement:
     return CATALOGUE[name]
 
 
+def require_others(rig: RigName, others: str) -> None:
+    """Raise unless the axes of a rig that a step does not name can do so."""
+    allowed = " or ".join(", ".join(rig_named(rig).others).rsplit(", ", 1))
+    require(others in rig_named(rig).others, "others", others, f"{allowed} on {rig}")
+
+
 def register_rig(name: RigName, rig: Arrangement) -> None:
     """Give a rig a name for as long as this process lives; protocols may use it from then on.
 
@@ -174,20 +209,20 @@ def arranged(rig: RigName, mount: Axis | None, grips: Grips | Mapping[Axis, Grip
     mapping of grips leaves out has hooks.
     """
     every = CATALOGUE[rig].drives
-    drives = dict(every) if mount is None else {mount: every[mount]}
+    drives = {axis: drive for axis, drive in every.items() if mount in {None, axis}}
     clamped = set(drives) if grips == "clamps" else set()
     if not isinstance(grips, str):
         clamped = {axis for axis, grip in grips.items() if grip == "clamps"}
     return {axis: _clamped(drive) if axis in clamped else drive for axis, drive in drives.items()}
 
 
-def clamped_axes(fixtures: Mapping[Axis, Fixture]) -> tuple[Axis, ...]:
-    """Return the axes whose faces are held by clamps."""
-    return tuple(axis for axis, fixture in fixtures.items() if fixture == "clamps")
+def clamped_axes(fixtures: Mapping[Axis, Fixture]) -> tuple[Direction, ...]:
+    """Return the directions across whose faces clamps are."""
+    return tuple(FACE[axis] for axis, fixture in fixtures.items() if fixture == "clamps")
 
 
 def _clamped(drive: Drive) -> Drive:
     """Return a drive with clamps where it has hooks."""
-    if drive.fixture == "plates":
+    if drive.fixture != "hooks":
         return drive
     return replace(drive, fixture="clamps", held=(True,) * 4, pole=None, anchored=False)

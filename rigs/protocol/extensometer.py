@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from knitlab_core.errors import SpecificationError, raise_all
 from knitlab_core.knits import Pin
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,7 +53,7 @@ class Extensometer:
     @property
     def pairs(self) -> dict[Axis, Pair]:
         """Return the two stitches of each axis that is measured."""
-        named = {axis: getattr(self, WORDS[axis]) for axis in AXES}
+        named = {axis: getattr(self, WORDS[axis]) for axis in DIRECTIONS}
         return {axis: pair for axis, pair in named.items() if pair is not None}
 
     def pins(self, counts: Counts) -> dict[Axis, tuple[Pin, Pin]]:

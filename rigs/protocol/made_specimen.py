@@ -17,7 +17,7 @@ from knitlab_core.knits import (
     knit_specimen,
     plate_nodes,
 )
-from rigs.axes import AXES, COORDINATE, SITES
+from rigs.axes import COORDINATE, DIRECTIONS, FACE, SITES
 from rigs.protocol.catalogue import clamped_axes
 from rigs.protocol.edges import OPEN, Edges
 from rigs.record import SpecimenSize
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from knitlab_core.knits import SiteSet, Stitch
     from knitlab_core.knits.cell_rows import CellFabric
-    from rigs.axes import Axis, FloatArray
+    from rigs.axes import Axis, Direction, FloatArray
     from rigs.protocol.catalogue import Fixture
     from rigs.protocol.specimen import SpecimenSpec
 
@@ -117,7 +117,7 @@ def _made(
     )
 
 
-def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = None) -> dict[Axis, float]:
+def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = None) -> dict[Direction, float]:
     """Return the initial hook-to-hook distance of each axis: between the means of opposite boundary sites [m].
 
     A site is a place on the printed yarn. The node that represents it is beside the yarn, at a distance that
@@ -133,24 +133,25 @@ def gauge_lengths(specimen: Specimen, fixtures: Mapping[Axis, Fixture] | None = 
         places = specimen.centreline.position(arc_lengths / specimen.loop_width)
         at[name] = specimen.loop_width * places.mean(axis=0)
     hooked = {
-        axis: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])
+        FACE[axis]: float(at[far][COORDINATE[axis]] - at[near][COORDINATE[axis]])
         for axis, (near, far) in SITES.items()
         if near in at
     }
     held = fixtures or {}
-    return {**hooked, **{axis: _gap(specimen, axis, held) for axis, fixture in held.items() if fixture != "hooks"}}
+    gaps = {FACE[axis]: _gap(specimen, axis, held) for axis, fixture in held.items() if fixture != "hooks"}
+    return {**hooked, **gaps}
 
 
-def cell_lengths(vectors: FloatArray) -> dict[Axis, float]:
+def cell_lengths(vectors: FloatArray) -> dict[Direction, float]:
     """Return the lengths along its axes of a periodic cell with some vectors (D, 3), in their unit."""
-    return {axis: float(vector[COORDINATE[axis]]) for axis, vector in zip(AXES, vectors, strict=False)}
+    return {axis: float(vector[COORDINATE[axis]]) for axis, vector in zip(DIRECTIONS, vectors, strict=False)}
 
 
 def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> float:
     """Return the distance between the plates or the clamps of an axis [m]."""
     if fixtures[axis] == "plates":
         return plate_nodes(specimen).gap
-    return clamp_nodes(specimen, axis, clamped_axes(fixtures)).gap
+    return clamp_nodes(specimen, FACE[axis], clamped_axes(fixtures)).gap
 
 
 def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fixture] | None = None) -> SpecimenSize:

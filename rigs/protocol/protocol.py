@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Literal
 
 from knitlab_core.errors import SpecificationError, raise_all
 from knitlab_core.knits import clamp_faces
+from rigs.axes import SHEARS, spans
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency, require_label
-from rigs.protocol.catalogue import arranged, clamped_axes, rig_named
+from rigs.protocol.catalogue import arranged, clamped_axes, require_others, rig_named
 from rigs.protocol.edges import OPEN
 from rigs.protocol.extensometer import Extensometer
 from rigs.protocol.specimen import SpecimenSpec
@@ -25,7 +26,7 @@ from rigs.protocol.waveform import Waveform
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
     from rigs.protocol.catalogue import Drive, Fixture, Grips, Hook, Others, RigName
 
 __all__ = [
@@ -151,6 +152,7 @@ class Protocol:
             lambda: require(1e-5 <= increment <= 0.1, "max_strain_increment", increment, "a strain from 1e-5 to 0.1"),
             self._require_rig,
             self._require_grips,
+            self._require_cell,
             self._require_hooks,
             self._require_pins,
             lambda: require(
@@ -174,9 +176,17 @@ class Protocol:
         return {axis: drive.fixture for axis, drive in self.drives.items()}
 
     @property
-    def clamped(self) -> tuple[Axis, ...]:
-        """Return the axes whose edges are held by clamps."""
+    def clamped(self) -> tuple[Direction, ...]:
+        """Return the directions across whose faces clamps hold the edges."""
         return clamped_axes(self.fixtures)
+
+    def _require_cell(self) -> None:
+        """Raise unless a rig that drives a periodic cell has one, whose shear is its own to drive."""
+        rig, spec = rig_named(self.rig), self.specimen
+        edges = f"one that holds edges: {self.rig} drives a periodic cell alone (specimen: periodic: on)"
+        require(spec.periodic or not rig.cells_only, "rig", self.rig, edges)
+        undriven = [axis for axis in SHEARS if spans(axis) <= {*spec.axes} and axis not in self.axes]
+        require(spec.shear == "held" or bool(undriven), "shear", spec.shear, f"held: {self.rig} drives the shear")
 
     def _require_grips(self) -> None:
         """Raise unless clamps, where the edges are to be held by them, can hold the knit."""
@@ -254,7 +264,7 @@ class Protocol:
     def _require_faces(self) -> None:
         """Raise unless the specimen has the faces that the rig pulls, and one of them is mounted where it must be."""
         rig = rig_named(self.rig)
-        able = [axis for axis in rig.axes if axis in self.specimen.axes]
+        able = [axis for axis in rig.axes if spans(axis) <= {*self.specimen.axes}]
         if rig.mounts_one:
             require(
                 self.mount in able, "mount", self.mount or "nothing", f"{' or '.join(able)}: the axis along the frame"
@@ -262,14 +272,8 @@ class Protocol:
         else:
             require(self.mount is None, "mount", self.mount, f"no mount: {self.rig} drives {_both(rig.axes)}")
             found = f"a knit with faces across {_both(self.specimen.axes)}"
-            wanted = f"one with faces across {_both(rig.axes)}, which {self.rig} pulls"
+            wanted = f"one with faces across {_both(rig.directions)}, which {self.rig} pulls"
             require(able == list(rig.axes), "knit", found, wanted)
-
-
-def require_others(rig: RigName, others: str) -> None:
-    """Raise unless the axes of a rig that a step does not name can do so."""
-    allowed = " or ".join(", ".join(rig_named(rig).others).rsplit(", ", 1))
-    require(others in rig_named(rig).others, "others", others, f"{allowed} on {rig}")
 
 
 def require_driven(steps: Sequence[Step | Repeat], axes: Sequence[Axis]) -> None:

@@ -18,9 +18,11 @@ from rigs.protocol.targets import (
     Target,
     Until,
     require_axes,
+    require_controlled,
     require_drop,
     require_level,
     require_rate,
+    require_shear,
     require_time,
 )
 
@@ -127,7 +129,8 @@ class Ramp(StepDefaults):
         controlled = self.to.kind if self.control is None or self.control == "force" else self.control
         require_all(
             lambda: require_axes(self.axes),
-            lambda: _require_same(self.control, self.to),
+            lambda: require_controlled(self.control, self.to),
+            lambda: require_shear(self.axes, self.to.kind, self.to.value, f"to.{self.to.kind}"),
             lambda: require_rate(self.rate, controlled),
             lambda: require_no_cycles(self.log),
             lambda: require_label("tag", self.tag),
@@ -201,6 +204,8 @@ class Cycle(StepDefaults):
         require_all(
             lambda: require_level(self.control, self.lower, "lower"),
             lambda: require_level(self.control, self.upper, "upper"),
+            lambda: require_shear(self.axes, self.control, self.lower, "lower"),
+            lambda: require_shear(self.axes, self.control, self.upper, "upper"),
         )
         require(self.lower < self.upper, "upper", self.upper, f"a {self.control} above lower ({self.lower:g})")
 
@@ -253,6 +258,7 @@ class UntilRupture(StepDefaults):
             lambda: require_axes(self.axes),
             lambda: require(self.control != "force", "control", "force", seen),
             lambda: require(self.to is None or self.to.kind != "force", "to", "a force", place),
+            lambda: None if self.to is None else require_shear(self.axes, self.to.kind, self.to.value, "to.strain"),
             lambda: require_rate(self.rate, "displacement"),
             lambda: require_drop("drop", self.drop),
             lambda: require_no_cycles(self.log),
@@ -288,13 +294,3 @@ class Image(StepDefaults):
 
     def stroke(self, index: int, situation: Situation) -> None:
         """Return no stroke: a picture takes no time."""
-
-
-def _require_same(control: Control | None, to: Target) -> None:
-    """Raise unless what is controlled can end at a target."""
-    if control is None or (control == "force") == (to.kind == "force"):
-        return
-    found = f"{to.kind} with control: {control}"
-    stop = " (to stop at a force say until: {force: 1 N})" if to.kind == "force" else ""
-    wanted = "force" if control == "force" else "a strain or a displacement"
-    require(allowed=False, name="to", found=found, expected=f"{wanted}{stop}")

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from knitlab_core.errors import SpecificationError
-from rigs.protocol.targets import MOST_STRAIN, ForceRate, StrainRate
+from rigs.axes import FACE, SHEARS
+from rigs.protocol.targets import MOST_SHEAR, MOST_STRAIN, ForceRate, StrainRate, require_room
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -178,7 +178,8 @@ class Situation:
         """Return the stroke in which channels are tared and a gauge length may be taken."""
         gauges = dict(self.printed) if gauge_length is not None else {}
         if gauge_length == "here":
-            gauges = {axis: length + self.readings.opening[axis] for axis, length in gauges.items()}
+            # Of a shear it is the length across its face, which only grows where an axis drives it.
+            gauges = {axis: length + self.readings.opening.get(FACE[axis], 0.0) for axis, length in gauges.items()}
         return replace(self.still(), channels=channels, gauge_length=gauge_length, gauges=gauges)
 
     def still(self) -> Stroke:
@@ -225,7 +226,7 @@ class Situation:
         Raises
         ------
         SpecificationError
-            If hooks would pass through each other.
+            If hooks would pass through each other, or a cell would be sheared too far.
         """
         here, still = self.readings.displacement, self.still()
         others = [axis for axis in still.start if axis not in axes]
@@ -240,7 +241,8 @@ class Situation:
                 lead = axes[0]
                 strain = (end[lead] - here[lead]) / self.gauges[lead]
                 end |= {axis: here[axis] + strain * self.gauges[axis] for axis in others}
-        self._require_room(end)
+        for axis, length in self.printed.items():
+            require_room(axis, end[axis], length)
         farthest = max(axes, key=lambda axis: abs(end[axis] - here[axis]))
         rises = sum(last - first for first, last in forces.values()) if forces else end[farthest] - here[farthest]
         return replace(
@@ -276,15 +278,9 @@ class Situation:
         """Return the displacement of an axis at the end of a stroke [m]."""
         length = self.gauges[axis]
         if aim is None:
-            return self.readings.displacement[axis] + reach * length
+            going = self.readings.displacement[axis] + reach * length
+            return min(going, MOST_SHEAR * self.printed[axis]) if axis in SHEARS else going
         return self.history.origin[axis] + aim.value * (length if aim.kind == "strain" else 1.0)
-
-    def _require_room(self, end: Mapping[Axis, float]) -> None:
-        """Raise if hooks would pass through each other."""
-        for axis, length in self.printed.items():
-            if end[axis] <= -length:
-                found = f"{end[axis]:g} m on axis {axis}"
-                raise SpecificationError("steps", found, f"a displacement above {-length:g} m")
 
     def _duration(self, stroke: Stroke, rate: Rate) -> float:
         """Return the time that the named axis with the longest travel takes [s]; 0 if none travels, rounding apart."""

@@ -6,11 +6,13 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from rigs.axes import AXES
+from rigs.axes import AXES, SHEARS
 from rigs.protocol.bounds import require, require_all, require_count, require_frequency
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from rigs.axes import Axis
 
 Control: TypeAlias = Literal["strain", "displacement", "force"]
 Channel: TypeAlias = Literal["force", "displacement"]
@@ -20,6 +22,9 @@ GaugeLength: TypeAlias = Literal["here", "printed"]
 
 MOST_STRAIN: Final = 5.0
 """Largest strain that can be asked for [1]."""
+
+MOST_SHEAR: Final = 0.9
+"""Largest shear strain of a periodic cell, either way [1]; images are looked for that strands may touch up to 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,6 +159,13 @@ def require_axes(axes: Sequence[str]) -> None:
     require(fine, "axes", list(axes), "one or more axes of the rig, each once")
 
 
+def require_shear(axes: Sequence[str], kind: Control, level: float, name: str) -> None:
+    """Raise if axes of shear are to go beyond the strain that a cell may be sheared by."""
+    sheared = kind == "strain" and any(axis in SHEARS for axis in axes)
+    bounds = f"a shear strain from -{MOST_SHEAR:g} to {MOST_SHEAR:g}"
+    require(not sheared or abs(level) <= MOST_SHEAR, name, f"{level:g}", bounds)
+
+
 def require_level(kind: Control, level: float, name: str) -> None:
     """Raise unless a strain leaves a specimen between the hooks [1], a length [m] and a force [N] are a rig's."""
     if kind == "strain":
@@ -186,3 +198,23 @@ def require_time(name: str, time: float) -> None:
 def require_drop(name: str, drop: float) -> None:
     """Raise unless a drop is a share of a peak [1]."""
     require(0.0 < drop <= 1.0, name, drop, "a share above 0 and up to 1, such as 60 %")
+
+
+def require_controlled(control: Control | None, to: Target) -> None:
+    """Raise unless what is controlled can end at a target."""
+    if control is None or (control == "force") == (to.kind == "force"):
+        return
+    found = f"{to.kind} with control: {control}"
+    stop = " (to stop at a force say until: {force: 1 N})" if to.kind == "force" else ""
+    wanted = "force" if control == "force" else "a strain or a displacement"
+    require(allowed=False, name="to", found=found, expected=f"{wanted}{stop}")
+
+
+def require_room(axis: Axis, end: float, length: float) -> None:
+    """Raise if a displacement [m] would drive hooks at a length [m] through each other, or shear a cell too far."""
+    most, found = MOST_SHEAR * length, f"{end:g} m on axis {axis}"
+    if axis in SHEARS:
+        bounds = f"a displacement from {-most:g} m to {most:g} m"
+        require(abs(end) <= most * (1.0 + 1e-9), "steps", found, bounds)
+    else:
+        require(end > -length, "steps", found, f"a displacement above {-length:g} m")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from rigs.protocol.bounds import require, require_all, require_label
 from rigs.protocol.step import StepDefaults, require_no_cycles
-from rigs.protocol.targets import Target, require_axes, require_level, require_time
+from rigs.protocol.targets import Target, require_axes, require_level, require_shear, require_time
 
 if TYPE_CHECKING:
     from rigs.axes import Axis
@@ -57,6 +57,7 @@ class Waveform(StepDefaults):
         """Raise unless times rise strictly from 0, and levels are in their range."""
         for number, (time, level) in enumerate(self.points):
             require_level(self.kind, level, f"points[{number}]")
+            require_shear(self.axes, self.kind, level, f"points[{number}]")
             if number == 0:
                 require(time == 0.0, "points[0]", f"{time:g} s", "0 s: the step begins there")
         for number, ((before, _), (time, _)) in enumerate(pairwise(self.points), start=1):

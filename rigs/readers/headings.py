@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
+from rigs.axes import AXES
 from rigs.logs.units import UNITS
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ _WITH_UNIT: Final = (
     re.compile(rf"(.+?)\s+(?:/|in)\s+({_UNIT})"),
     re.compile(rf"(.+?)[_ ,]\s*({_UNIT})"),
 )
+_AXIS: Final = re.compile(rf"[_ ]({'|'.join(AXES)})$")
 _BELOW: Final = re.compile(rf"[\[(]?\s*({_UNIT})?\s*[\])]?")
 
 
@@ -76,7 +78,7 @@ class Heading:
     quantity : Quantity
         What the column holds; ``other`` for what is not analysed.
     axis : str
-        ``C``, ``W``, ``P``, or none where the heading does not say.
+        ``C``, ``W``, ``P``, ``WC`` of a shear, or none where the heading does not say.
     unit : str
         Its unit as the file writes it; empty where it does not.
     """
@@ -157,5 +159,5 @@ def _axis(name: str) -> str:
         return "P"
     if match := re.match(r"([XY])[A-Z_ ]", plain[2]):
         return {"X": "C", "Y": "W"}[match[1]]
-    match = re.search(r"[_ ]([CWP])$", name.strip())
+    match = _AXIS.search(name.strip())
     return match[1] if match else ""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rigs.axes import Axis
     from rigs.logs.dialect import Column, Dialect
     from rigs.readers.table import ReadTable
 
@@ -35,6 +36,7 @@ FACTS = {
 }
 UNITS: tuple[dict[str, str], ...] = ({}, {"force": "kN"}, {"force": "mN", "length": "um"}, {"length": "m"})
 CASES = sorted(golden())
+AXES: tuple[Axis, ...] = ("C", "W", "WC")
 NUMBERS = st.floats(-1e4, 1e4)
 TEXTS = st.sampled_from(["equibiaxial", "pull, again", "22L.3", "a;b", "1 x 2"])
 
@@ -92,7 +94,7 @@ def test_export_and_read_is_the_identity(
     name: str, locale: str, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     wanted = data.draw(st.sampled_from(UNITS))
-    plain = LOGS[name].dialect
+    plain = LOGS[name].of_axes(AXES)
     says = any("{unit}" in f"{column.name}{column.below}" for column in plain.columns)
     dialect = localised(in_units(plain, wanted) if says else plain, locale)
     order = data.draw(st.permutations(dialect.columns)) if says else dialect.columns
@@ -126,7 +128,7 @@ def altered(data: bytes, how: str, dialect: Dialect) -> bytes:
 def test_a_log_without_its_headings_is_told_by_its_columns(
     name: str, locale: str, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    dialect = localised(LOGS[name].dialect, locale)
+    dialect = localised(LOGS[name].of_axes(AXES), locale)
     channels = data.draw(logs(dialect))
     whole, headings = text(dialect, channels), text(dialect, {column.channel: [] for column in dialect.columns})
     path = tmp_path_factory.getbasetemp() / "bare.csv"
@@ -141,7 +143,9 @@ def test_every_golden_file_is_a_measurement(name: str, locale: str, tmp_path: Pa
     path = tmp_path / "log.csv"
     path.write_bytes((FOLDER / f"{name}.{locale}").read_bytes())
     found = read_measured(path)
-    axes = {"biotester": ["C", "W"], "triaxial": ["P", "C", "W"], "alemnis-tsv": ["P"]}.get(name, [""])
+    axes = {"biotester": ["C", "W"], "triaxial": ["P", "C", "W"], "alemnis-tsv": ["P"], "shear-stage": [*AXES]}.get(
+        name, [""]
+    )
     assert [one.axis for one in found] == axes
     assert all(len(one) > 2 for one in found)
     assert set(LOCALES) >= {locale}

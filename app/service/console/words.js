@@ -1,6 +1,6 @@
 // Write numbers, strains and ends as people say them.
 
-export const AXES = { C: "course", W: "wale", P: "pile" };
+export const AXES = { C: "course", W: "wale", P: "pile", WC: "shear-WC", PC: "shear-PC", PW: "shear-PW" };
 
 const ENDS = {
   target: "Carried out to its end", rupture: "Ruptured", slipped: "Slipped, nothing broke", unravelled: "Unravelled", limit: "Stopped at a limit", cancelled: "Cancelled",

@@ -116,7 +116,7 @@ def test_a_record_without_zeros_counts_from_those_of_its_steps(run: RunReader, t
 
 
 def test_width_follows_the_other_axis_where_hooks_hold_it(tmp_path: Path) -> None:
-    gauges = {axis: 1.25 * SIZE.extents[axis] for axis in BOTH}
+    gauges = {axis: 1.25 * SIZE.gauge(axis) for axis in BOTH}
     plain, taken = make_run(tmp_path / "a.h5"), make_run(tmp_path / "b.h5", gauges=gauges)
     for one, two in zip(curves_of(plain), curves_of(taken), strict=True):
         for before, after in zip(one.parts, two.parts, strict=True):

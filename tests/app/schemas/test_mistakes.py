@@ -43,13 +43,13 @@ def mistakes_of(text: str) -> list[ProtocolError]:
 @pytest.mark.parametrize(
     ("text", "old", "new", "says"),
     [
-        (STAGE, "biaxial-hook", "biaxial", "triaxial or sem-microgripper (did you mean biaxial-hook?)"),
+        (STAGE, "biaxial-hook", "biaxial", "or triaxial-shear (did you mean biaxial-hook?)"),
         (STAGE, "biaxial-hook", "Biaxial_Hook", "(did you mean biaxial-hook?)"),
         (STAGE, "biaxial-hook", "frame", "(did you mean uniaxial-frame?)"),
         # A planar knit has no face for the gripper, nor for the third axis.
-        (STAGE, "biaxial-hook", "gripper", "triaxial or sem-microgripper"),
+        (STAGE, "biaxial-hook", "gripper", "shear-frame or triaxial-shear"),
         (CUBE, "biaxial-hook", "gripper", "(did you mean sem-microgripper?)"),
-        (STAGE, "biaxial-hook", "triaxal", "triaxial or sem-microgripper"),
+        (STAGE, "biaxial-hook", "triaxal", "shear-frame or triaxial-shear"),
         (STAGE, "[C]", "[X]", "found 'X', allowed C or W (did you mean C?)"),
         (STAGE, "[C]", "[c]", "found 'c', allowed C or W (did you mean C?)"),
         (STAGE, "[C]", "[Z]", "found 'Z', allowed C or W"),

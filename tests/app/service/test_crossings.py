@@ -25,7 +25,7 @@ def test_a_job_says_the_row_from_which_its_curve_is_not_to_be_believed(tmp_path:
     watch = _Watch(files)
     watch.limits = [LIMIT]
     for number, row in enumerate(rows()[:14]):
-        watch.row(number, row, {axis: row.displacement[axis] / SIZE.extents[axis] for axis in row.displacement})
+        watch.row(number, row, {axis: row.displacement[axis] / SIZE.gauge(axis) for axis in row.displacement})
     watch.progress(1.0, "done")
     view = ProgressView.model_validate(files.progress())
     (crossing,) = view.crossings

@@ -35,7 +35,7 @@ def drawn_out() -> list[Equilibrium]:
 
 
 def strains(row: Equilibrium) -> dict[Axis, float]:
-    return {axis: row.displacement[axis] / SIZE.extents[axis] for axis in BOTH}
+    return {axis: row.displacement[axis] / SIZE.gauge(axis) for axis in BOTH}
 
 
 def test_a_clasp_lets_go_where_fewer_hold_than_ever_before() -> None:

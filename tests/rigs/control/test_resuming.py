@@ -11,6 +11,7 @@ import pytest
 
 from app.records.checkpoint import Origin, Saved, read_checkpoint, save
 from app.schemas.machine_data import machines_of
+from knitlab_core.knits import Stitch
 from knitlab_core.materials import RelaxationTerm, Value, material_named
 from rigs.control.checkpoint import Checkpoint, restore
 from rigs.control.experiment import perform
@@ -19,12 +20,15 @@ from rigs.machines.mounting import mount
 from rigs.protocol.made_specimen import make_specimen
 from rigs.protocol.protocol import Cycle, Hold, LogSpec, Preload, Protocol, Ramp, SpecimenSpec, Target, Zero
 from rigs.record import Equilibrium, Frame
+from tests.measured_yarns import measured_yarn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from rigs.axes import Axis
     from rigs.control.experiment import Event
+    from rigs.protocol.catalogue import Grips, RigName
     from rigs.protocol.step import Step
 
 SPEED: Final = 2e-4
@@ -40,10 +44,13 @@ STEPS: Final[tuple[Step, ...]] = (
 
 
 class Case(NamedTuple):
-    """A specimen and what is done to it."""
+    """A specimen, what is done to it, and on which rig."""
 
     specimen: SpecimenSpec
     steps: tuple[Step, ...]
+    rig: RigName = "biaxial-hook"
+    mount: Axis | None = None
+    grips: Grips = "hooks"
 
 
 def knit(**more: object) -> SpecimenSpec:
@@ -72,15 +79,38 @@ CASES: Final = {
     "relaxing": Case(knit(viscoelastic=True, material=CREEPING), (*STEPS[:2], Hold(duration=20.0), ramp(0.1))),
     "breaking": Case(knit(rupture="go on", material=BRITTLE), (ramp(0.28), ramp(0.34))),
     "volumetric cell": Case(knit(**CELL), (ramp(0.06),)),
+    "sheared cell": Case(
+        knit(rows=1, loops=1, periodic=True),
+        (ramp(0.04), Zero(gauge_length="here"), Cycle(axes=("WC",), lower=-0.02, upper=0.03, rate=SPEED, n=1)),
+        "biaxial-shear",
+    ),
     "straight": Case(knit(material="cotton-2-ply", rest_shape="straight", nodes_per_loop=24), (ramp(0.05),)),
+}
+
+
+#: Of acrylic yarn that relaxes into its loops: a cell under shear, and a specimen whose loops are those of such a cell.
+FABRIC: Final = {
+    "knit": Stitch(curvature=1.5, height=0.55, depth=0.3, row_spacing=0.69, fibre_radius=0.05),
+    "loop_width": 2.62e-3,
+    "material": measured_yarn(),
+    "rest_shape": "straight",
+}
+SHEAR: Final = Cycle(axes=("WC",), lower=-0.04, upper=0.06, rate=SPEED, n=1)
+PULL: Final = Ramp(axes=("W",), to=Target(kind="strain", value=0.04), rate=SPEED)
+LONG: Final = {
+    "real fabric": Case(knit(**FABRIC, rows=1, loops=1, periodic=True), (SHEAR,), "shear-frame", "WC"),
+    "relaxed loops": Case(knit(**FABRIC, rows=4, loops=4, relaxed=True), (PULL,), "uniaxial-frame", "W", "clamps"),
 }
 
 
 def protocol_of(case: Case) -> Protocol:
     return Protocol(
+        rig=case.rig,
+        mount=case.mount,
+        grips=case.grips,
         specimen=case.specimen,
         speed_ref="pair",
-        others="hold",
+        others="hold" if case.mount is None else "free",
         steps=case.steps,
         log=LogSpec(noise=False),
         max_strain_increment=0.02,
@@ -106,9 +136,9 @@ def without_checkpoints(events: Sequence[Event]) -> list[Event]:
     return [event for event in events if not isinstance(event, Checkpoint)]
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [*CASES, *(pytest.param(name, marks=pytest.mark.slow) for name in LONG)])
 def test_a_test_goes_on_to_the_same_events_from_wherever_it_stood(name: str, tmp_path: Path) -> None:
-    protocol = protocol_of(CASES[name])
+    protocol = protocol_of({**CASES, **LONG}[name])
     specimen, machines = make_specimen(protocol.specimen), machines_of(protocol)
     events = list(perform(*mount(specimen, protocol, machines), protocol))
     places = [k for k, event in enumerate(events) if isinstance(event, Checkpoint)]

@@ -25,8 +25,8 @@ def golden() -> Iterator[tuple[str, str]]:
 
 def written(name: str, locale: str) -> bytes:
     """Return the hand-made test's log."""
-    log = LOGS[name]
-    return b"".join(write_log(localised(log.dialect, locale), *log.gather(logged())))
+    log, test = LOGS[name], logged()
+    return b"".join(write_log(localised(log.shown(test), locale), *log.gather(test)))
 
 
 if __name__ == "__main__":

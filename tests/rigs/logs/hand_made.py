@@ -74,9 +74,19 @@ def indenter() -> Samples:
     return replace(made, delay={"Force": 0.003})
 
 
+def sheared() -> Samples:
+    made = {"CDisplacement": [0.0, 9e-3, 9e-3], "WDisplacement": [0.0, 8e-3, 8e-3], "WCDisplacement": [0.0, 0.0, -6e-3]}
+    made |= {"CForce": [0.0, 4e-3, 5.5e-3], "WForce": [-2e-7, 0.0, 45e-3], "WCForce": [0.0, -3e-8, -22.5e-3]}
+    axes = ("C", "W", "WC")
+    reads = {f"{axis}Displacement": f"crosshead_{axis}" for axis in axes} | {
+        f"{axis}Force": f"force_{axis}" for axis in axes
+    }
+    return samples("shear-stage", ("Zero", "Stretch", "Recover"), reads, time=[0.0, 24.0, 31.25], **made)
+
+
 def logged(sample: str = "22L.3", **machines: Samples) -> Logged:
     """Return the test of that sample; machines by their names with an underscore replace those above."""
-    made = {"biaxial-hook": stage(), "uniaxial-frame": frame(), "nanoindenter": indenter()}
+    made = {"biaxial-hook": stage(), "uniaxial-frame": frame(), "nanoindenter": indenter(), "shear-stage": sheared()}
     return Logged(
         sample=sample,
         size=SIZE,

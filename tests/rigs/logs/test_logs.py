@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 def text(name: str, test: Logged, locale: str = "en", **units: str) -> bytes:
     log = LOGS[name]
-    dialect = localised(in_units(log.dialect, units), locale)
+    dialect = localised(in_units(log.shown(test), units), locale)
     return b"".join(write_log(dialect, *log.gather(test)))
 
 
@@ -52,6 +52,15 @@ FIRST_LINES = {
         b"equibiaxial,1-Stretch,0.100,22.0,45010,40009,10,9,1.50,-2.25\r\n"
         b"equibiaxial,1-Hold,0.200,22.0,45020,40018,20,18,3000.00,12.35\r\n"
         b'"pull, again",2-Recover,0.300,22.0,45010,40009,10,9,1.00,0.00\r\n'
+    ),
+    # 45 mm by 40 mm and 1 mm: a shear of 6 mm is -0.15 of the wale, and 22.5 mN on 45 mm a stress of 0.5 kPa.
+    "shear-stage": (
+        b"Time,Displacement C,Force C,Strain C,Stress C,Displacement W,Force W,Strain W,Stress W,"
+        b"Displacement WC,Force WC,Shear strain WC,Shear stress WC\r\n"
+        b"(s),(mm),(N),(1),(kPa),(mm),(N),(1),(kPa),(mm),(N),(1),(kPa)\r\n"
+        b"0.000,0.000,0.0000,0.000000,0.00000,0.000,0.0000,0.000000,0.00000,0.000,0.0000,0.000000,0.00000\r\n"
+        b"24.000,9.000,0.0040,0.200000,0.10000,8.000,0.0000,0.200000,0.00000,0.000,0.0000,0.000000,0.00000\r\n"
+        b"31.250,9.000,0.0055,0.200000,0.13750,8.000,0.0450,0.200000,1.00000,-6.000,-0.0225,-0.150000,-0.50000\r\n"
     ),
     "bluehill-universal": b"Time,Displacement,Force\r\n(s),(mm),(N)\r\n0,-2.0473,-4.319\r\n0.02,3.8871,0\r\n",
     "bluehill3": (
@@ -258,6 +267,7 @@ def test_every_machine_has_a_default() -> None:
     assert defaults(["uniaxial-frame"]) == ["bluehill-universal"]
     assert defaults(["nanoindenter"]) == ["alemnis"]
     assert defaults(["biaxial-hook", "uniaxial-frame"]) == ["biotester", "bluehill-universal", "triaxial"]
+    assert defaults(["shear-stage"]) == ["shear-stage"]
     assert defaults([]) == []
 
 

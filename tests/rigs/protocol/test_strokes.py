@@ -26,9 +26,10 @@ from rigs.protocol.protocol import (
     Target,
     Until,
     UntilRupture,
+    Waveform,
     Zero,
 )
-from rigs.protocol.strokes import PRELOAD_REACH, Readings, Situation, Stroke
+from rigs.protocol.strokes import PRELOAD_REACH, History, Readings, Situation, Stroke
 from rigs.protocol.unrolled import unrolled
 from tests.planned import planned_strokes
 
@@ -298,3 +299,53 @@ def test_steps_have_their_places_and_times() -> None:
 def test_pictures_are_counted_over_the_steps() -> None:
     steps = (Image(), Hold(duration=5.0), Image(every=2.0), Hold(duration=3.0), Hold(duration=3.0), Image(every="off"))
     assert planned_images(protocol(*steps, Hold(duration=9.0)), GAUGES) == 1 + 1 + 3
+
+
+def sheared(*zeros: Zero, at: float = 0.0) -> Situation:
+    """Return what a step is told on a cell of 16 mm by 10 mm, at 20 % along the wale, and sheared by so much [m]."""
+    gauges: dict[Axis, float] = {"C": 0.016, "W": 0.010, "WC": 0.010}
+    readings = Readings(displacement={"C": 0.0, "W": 2e-3, "WC": at}, force=dict.fromkeys(gauges, 0.0))
+    situation = Situation(
+        printed=gauges,
+        gears=dict.fromkeys(gauges, 1),
+        others="hold",
+        history=History(origin=dict.fromkeys(gauges, 0.0), gauges=gauges),
+        readings=readings,
+    )
+    for zero in zeros:
+        situation = replace(situation, history=situation.history.after(zero.stroke(0, situation), readings))
+    return situation
+
+
+def test_the_gauge_length_of_a_shear_is_the_length_across_its_face() -> None:
+    situation = sheared(Zero(gauge_length="here"), at=1e-3)
+    assert situation.gauges == pytest.approx({"C": 0.016, "W": 0.012, "WC": 0.012})
+    stroke = situation.drive(("WC",), StrainRate(value=0.01), Target(kind="strain", value=-0.1))
+    assert stroke is not None
+    assert stroke.end["WC"] == pytest.approx(1e-3 - 0.1 * 0.012)
+    assert (stroke.phase, stroke.end["W"]) == ("Recover", 2e-3)
+    assert stroke.duration == pytest.approx(10.0)
+
+
+def test_a_cell_is_sheared_no_further_than_its_images_are_looked_for() -> None:
+    with pytest.raises(SpecificationError, match=r"on axis WC', allowed a displacement from -0\.009 m to 0\.009 m"):
+        sheared().drive(("WC",), 1e-3, Target(kind="displacement", value=-9.5e-3))
+    with pytest.raises(SpecificationError, match="axis WC"):
+        sheared(Zero(), at=5e-3).drive(("WC",), 1e-3, Target(kind="strain", value=0.5))
+    # A step without a target goes as far as it may.
+    farthest = sheared().drive(("WC",), 1e-3, None)
+    assert farthest is not None
+    assert farthest.end["WC"] == pytest.approx(9e-3)
+
+
+@pytest.mark.parametrize("wrong", [0.95, -0.95, 1.5])
+def test_a_shear_strain_has_bounds_in_every_step(wrong: float) -> None:
+    shear: tuple[Axis, ...] = ("WC",)
+    for make in (
+        lambda: Ramp(axes=shear, to=Target(kind="strain", value=wrong), rate=1e-4),
+        lambda: Cycle(axes=shear, lower=min(wrong, 0.0), upper=max(wrong, 0.0), rate=1e-4, n=1),
+        lambda: UntilRupture(axes=shear, to=Target(kind="strain", value=wrong), rate=1e-4),
+        lambda: Waveform(axes=shear, points=((0.0, 0.0), (1.0, wrong))),
+    ):
+        with pytest.raises(SpecificationError, match=r"a (shear )?strain from -0\.9"):
+            make()

@@ -16,8 +16,8 @@ from app.service.api.context import Here
 from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.progress import Answer
-from rigs.axes import AXES
-from rigs.record import PHASES
+from rigs.axes import AXES, DIRECTIONS
+from rigs.record import PHASES, SpecimenSize
 
 router = APIRouter(prefix="/v1/jobs/{job}/frames", tags=["files"])
 
@@ -94,7 +94,8 @@ def _index(file: h5py.File) -> FrameIndex:
     """Return the index of a record's shapes."""
     group, count = file[GROUP], count_frames(file)
     strands = [int(size) for size in file["strands"][()]]
-    extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in AXES}
+    extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in DIRECTIONS}
+    size = SpecimenSize(extents=extents, fibre_radius=float(file.attrs["fibre_radius"]))
     fields = group["FieldData"]
     axes = [axis for axis in AXES if f"strain_{axis}" in fields]
     times, phases, cycles = (column[:count] for column in (group["Steps/Values"], fields["phase"], fields["cycle"]))
@@ -103,8 +104,8 @@ def _index(file: h5py.File) -> FrameIndex:
         nodes=sum(strands),
         edges=sum(strands) - len(strands),
         strands=strands,
-        radius=float(file.attrs["fibre_radius"]),
-        section={axis: float(np.prod([extents[other] for other in AXES if other != axis])) for axis in axes},
+        radius=size.fibre_radius,
+        section={axis: size.section(axis) for axis in axes},
         range={name: _range(group[place]) for name, place in _FIELDS.items()},
         frames=[
             FrameView(

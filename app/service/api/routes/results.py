@@ -18,6 +18,7 @@ from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.progress import Answer
 from knitlab_core.errors import FormatError, SpecificationError
+from rigs.axes import Axis
 from rigs.readers.mapping import FileMapping
 
 router = APIRouter(prefix="/v1/jobs/{job}", tags=["results"])
@@ -114,9 +115,7 @@ async def compare(
     request: Request,
     *,
     name: Annotated[str, Query(max_length=200, description="What the file is called.")] = "measured.csv",
-    axis: Annotated[
-        Literal["C", "W", "P"] | None, Query(description="That axis alone; a file that names none is of it.")
-    ] = None,
+    axis: Annotated[Axis | None, Query(description="That axis alone; a file that names none is of it.")] = None,
     cycle: Annotated[int, Query(ge=1, le=100_000, description="Which cycle of each.")] = 1,
     slack: Annotated[
         str | None, Query(max_length=32, description="Force from where strain counts, such as 50 mN.")
