@@ -10,12 +10,12 @@ import h5py
 from app.records.export import export_log
 from app.records.reader import RunReader
 from rigs.logs.catalogue import LOGS
-from tests.readers.write_files import FRAME, INDENTER, STAGE, TRIAXIAL, run
+from tests.readers.write_files import FRAME, INDENTER, SHEARED, STAGE, TRIAXIAL, run
 
 PAGE = Path(__file__).parents[2] / "docs" / "files.md"
 SHOWN = 7
 STARTED = "2018-11-13T17:14:09+01:00"
-RUNS = {"biotester": STAGE, "triaxial": TRIAXIAL, "alemnis-tsv": INDENTER}
+RUNS = {"biotester": STAGE, "triaxial": TRIAXIAL, "alemnis-tsv": INDENTER, "shear-stage": SHEARED}
 
 
 def beginnings(folder: Path) -> dict[str, str]:

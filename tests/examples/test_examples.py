@@ -252,10 +252,19 @@ def test_every_example_is_tested() -> None:
         "design/design_cell.yaml",
         "filament.yaml",
         "preloaded_course.yaml",
+        "shear_cell.yaml",
         "volumetric_cell.yaml",
         "yarn_small.yaml",
     }
-    fabrics = ("acrylic_course", "acrylic_wale", "garter_wale", "rib_course", "stockinette_course", "stockinette_wale")
+    fabrics = (
+        "acrylic_course",
+        "acrylic_shear",
+        "acrylic_wale",
+        "garter_wale",
+        "rib_course",
+        "stockinette_course",
+        "stockinette_wale",
+    )
     proof |= {f"fabric/{name}.yaml" for name in (*fabrics, "clamped_course", "clamped_wale", "held_wale")}
     protocols = {path for path in EXAMPLES.rglob("*.yaml") if "knitlab/protocol@1" in path.read_text(encoding="utf-8")}
     assert {str(path.relative_to(EXAMPLES)) for path in protocols} == tried | knits | beyond | swept | scored | proof

@@ -17,7 +17,7 @@ from knitlab_core.knits import Counts
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
 
 EXAMPLES: Final = Path(__file__).parents[2] / "examples" / "fabric"
 
@@ -39,12 +39,12 @@ MEASURED: Final = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("along", "axis", "other"), [("course", "C", "W"), ("wale", "W", "C")])
 def test_the_acrylic_stockinette_is_predicted_from_its_yarn(
-    bar: Callable[..., None], along: str, axis: Axis, other: Axis, tmp_path: Path
+    bar: Callable[..., None], along: str, axis: Axis, other: Direction, tmp_path: Path
 ) -> None:
     assert run_protocol(EXAMPLES / f"acrylic_{along}.yaml", tmp_path / "run", draw=None).outcome == "target"
     run = RunReader(tmp_path / "run" / "run.h5")
     columns, extents = run.trace.columns, run.size.extents
-    strain = columns[f"displacement_{axis}"] / extents[axis]
+    strain = run.strain(axis)
     up = int(np.argmax(strain)) + 1
     at = MEASURED[along]["strain"]
     force = np.interp(at, strain[:up], 1e-3 * columns[f"force_{axis}"][:up] / extents[other])

@@ -12,18 +12,18 @@ from app.records.reader import RunReader
 from app.runs.use_cases import run_protocol
 
 if TYPE_CHECKING:
-    from rigs.axes import Axis
+    from rigs.axes import Axis, Direction
 
 EXAMPLES: Final = Path(__file__).parents[2] / "examples" / "fabric"
 FORCE: Final = 20.0
 """Force per relaxed width at which extensions are compared [N/m]."""
 
 
-def extension(name: str, axis: Axis, other: Axis, folder: Path) -> float:
+def extension(name: str, axis: Axis, other: Direction, folder: Path) -> float:
     """Return the extension of an example at the force per width that is compared [1]."""
     assert run_protocol(EXAMPLES / f"{name}.yaml", folder / name, draw=None).outcome == "target"
     run = RunReader(folder / name / "run.h5")
-    strain = run.trace.columns[f"displacement_{axis}"] / run.size.extents[axis]
+    strain = run.trace.columns[f"displacement_{axis}"] / run.size.gauge(axis)
     force = run.trace.columns[f"force_{axis}"] / run.size.extents[other]
     assert force.max() > FORCE
     return float(np.interp(FORCE, force, strain))

@@ -14,7 +14,7 @@ from app.runs.use_cases import run_protocol
 from app.schemas import ProtocolError, load, loads, to_yaml
 from app.views.drawing import draw_here
 from rigs.analysis.stress_strain import stress_strain
-from rigs.axes import AXES
+from rigs.axes import DIRECTIONS
 
 if TYPE_CHECKING:
     from app.views.drawing import Draw
@@ -61,7 +61,7 @@ def _held(tmp_path_factory: pytest.TempPathFactory) -> RunReader:
 def test_the_record_has_the_cell_along_all_three_axes(held: RunReader) -> None:
     columns, extents = held.trace.columns, held.size.extents
     assert extents == pytest.approx({"C": 0.016, "W": 1.1 * 0.008, "P": 2 * 1.25 * 0.008})
-    for axis in AXES:
+    for axis in DIRECTIONS:
         driven = extents[axis] + columns[f"displacement_{axis}"]
         np.testing.assert_allclose(columns[f"cell_{axis}"], driven)
     assert {name for name in columns if name.startswith("cell_")} == {"cell_C", "cell_W", "cell_P"}

@@ -18,6 +18,7 @@ from rigs.logs.locales import LOCALES
 
 PLANAR = "{knit: stockinette-default, loops: [2, 2], loop: 8 mm, material: RGD8530-DM, friction: 0.3}"
 VOLUMETRIC = "{knit: volumetric-default, loops: [2, 1, 2], loop: 8 mm, material: RGD8530-DM, nodes_per_loop: 24}"
+CELL = "{knit: stockinette-default, loops: [1, 1], periodic: on, loop: 8 mm, material: RGD8530-DM}"
 MICRO = "{knit: volumetric-default, loops: [2, 1, 2], loop: 50 um, material: IP-Dip, nodes_per_loop: 24}"
 STAGE = f"""
 schema: knitlab/protocol@1
@@ -74,6 +75,20 @@ steps:
 """
 
 
+SHEARED = f"""
+schema: knitlab/protocol@1
+name: sheared
+rig: biaxial-shear
+specimen: {CELL}
+others: hold
+log: {{rate: 10 Hz, noise: on, seed: 7}}
+max_strain_increment: 2 %
+steps:
+  - ramp: {{axes: [C, W], to: 4 %, rate: 0.2 mm/s}}
+  - ramp: {{axes: [WC], to: 4 %, rate: 8.34e-3 /s}}
+"""
+
+
 def run(text: str, folder: Path) -> RunReader:
     """Do a test as the command line does, but for its plots, and return its record."""
     loaded = loads(text)
@@ -83,7 +98,7 @@ def run(text: str, folder: Path) -> RunReader:
 
 def write_files(folder: Path) -> None:
     """Fill the folder."""
-    for text in (STAGE, FRAME, TRIAXIAL, INDENTER):
+    for text in (STAGE, FRAME, TRIAXIAL, INDENTER, SHEARED):
         record = run(text, folder)
         for dialect, log in LOGS.items():
             if set(log.machines) <= set(record.samples):
