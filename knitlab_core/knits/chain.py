@@ -12,7 +12,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from knitlab_core.angles import cosine, sine
 from knitlab_core.errors import SpecificationError
@@ -140,6 +139,8 @@ def loosened(edge: EdgeShape, slack: float) -> EdgeShape:
     """
     if slack == 0.0:
         return edge
+    from scipy.optimize import brentq  # noqa: PLC0415 (slow to import, and for slack edges alone)
+
     tight = _stitch_length(edge)
 
     def missing(bulge: float) -> float:
