@@ -23,7 +23,7 @@ protocol   Protocol, SpecimenSpec, LogSpec; steps Zero, Preload, Ramp, Hold, Cyc
 specimen   Stitch, VolumetricStitch, Filament, Edges, Yarn, BondLaw, Material, MeasuredYarn, Value, RelaxationTerm;
            materials
 files      load, loads, to_yaml, parse_quantity
-tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), SweepResult
+tests      check, run, resume, sweep; their results Plan, Run (a RunResult with tables and plots), Sweep
 records    show gives the Run of a folder, open_run its RunReader; figures
 live       Rig, driven step by step; its Reading and Mark; devices_of gives RigDevices for Bluesky
 analysis   analyse gives a Table, with Choices; read_measured gives a Measurement for each axis, with a FileMapping;
@@ -53,8 +53,11 @@ if TYPE_CHECKING:
     from app.checks.dry_run import Plan
     from app.checks.dry_run import dry_run as check
     from app.client import Client
+    from app.interactive.calibrations import Calibration, calibrate
+    from app.interactive.comparisons import Comparison, compare
     from app.interactive.results import Run
     from app.interactive.running import resume, run, show
+    from app.interactive.sweeps import Sweep, sweep
     from app.live.devices import RigDevices, devices_of
     from app.live.readings import Reading
     from app.live.recording import Mark
@@ -66,17 +69,13 @@ if TYPE_CHECKING:
     from app.records.results import figures_of as figures
     from app.runs.publishing import RunResult
     from app.runs.stopped import RunStoppedError
-    from app.runs.sweeps import SweepResult
-    from app.runs.sweeps import run_sweep as sweep
     from app.schemas import Loaded, load, loads, to_yaml
     from app.schemas.errors import ProtocolError
     from app.schemas.material_files import known_materials as materials
     from app.schemas.units import parse as parse_quantity
     from app.service.errors import ServiceError, UnreachableError
-    from app.studies.calibration import Calibration, calibrate
     from app.studies.design import Design, design
     from app.version import __version__
-    from app.views.overlay import Comparison, compare
     from app.views.report.page import report
     from knitlab_core.contact.bond_law import BondLaw
     from knitlab_core.errors import (
@@ -166,7 +165,7 @@ __all__ = [
     "StepLog",
     "Stitch",
     "StrainRate",
-    "SweepResult",
+    "Sweep",
     "Table",
     "Target",
     "UnitError",
@@ -205,10 +204,10 @@ _HOMES: Final = {
     "Alignment": "rigs.analysis.alignment:Alignment",
     "BondLaw": "knitlab_core.contact.bond_law:BondLaw",
     "Bound": "rigs.protocol.targets:Bound",
-    "Calibration": "app.studies.calibration:Calibration",
+    "Calibration": "app.interactive.calibrations:Calibration",
     "Choices": "rigs.analysis.choices:Choices",
     "Client": "app.client:Client",
-    "Comparison": "app.views.overlay:Comparison",
+    "Comparison": "app.interactive.comparisons:Comparison",
     "ConvergenceError": "knitlab_core.errors:ConvergenceError",
     "Cycle": "rigs.protocol.protocol:Cycle",
     "Design": "app.studies.design:Design",
@@ -249,7 +248,7 @@ _HOMES: Final = {
     "StepLog": "rigs.protocol.protocol:StepLog",
     "Stitch": "knitlab_core.knits:Stitch",
     "StrainRate": "rigs.protocol.protocol:StrainRate",
-    "SweepResult": "app.runs.sweeps:SweepResult",
+    "Sweep": "app.interactive.sweeps:Sweep",
     "Table": "rigs.analysis.table:Table",
     "Target": "rigs.protocol.protocol:Target",
     "UnitError": "knitlab_core.errors:UnitError",
@@ -263,9 +262,9 @@ _HOMES: Final = {
     "Zero": "rigs.protocol.protocol:Zero",
     "__version__": "app.version:__version__",
     "analyse": "app.records.analysis:analyse",
-    "calibrate": "app.studies.calibration:calibrate",
+    "calibrate": "app.interactive.calibrations:calibrate",
     "check": "app.checks.dry_run:dry_run",
-    "compare": "app.views.overlay:compare",
+    "compare": "app.interactive.comparisons:compare",
     "design": "app.studies.design:design",
     "devices_of": "app.live.devices:devices_of",
     "figures": "app.records.results:figures_of",
@@ -279,7 +278,7 @@ _HOMES: Final = {
     "resume": "app.interactive.running:resume",
     "run": "app.interactive.running:run",
     "show": "app.interactive.running:show",
-    "sweep": "app.runs.sweeps:run_sweep",
+    "sweep": "app.interactive.sweeps:sweep",
     "to_yaml": "app.schemas:to_yaml",
 }
 

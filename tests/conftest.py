@@ -6,15 +6,19 @@ A test asks for the fixture `bar` and calls it once per figure:
 
 The row is kept before it is judged, so a missed bar is printed too. A bar that cannot be met is
 marked ``xfail(reason="docs/decisions/...")``: it stays in the table as missed, with its reason.
+``--bars FILE`` puts the rows into a file and a page, as `tests.bars` describes.
 """
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import pytest
 from hypothesis import settings
+
+from tests.bars import commit, record, stamped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -42,6 +46,17 @@ class Row(NamedTuple):
         return abs(self.figure) <= self.limit
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that keeps the table."""
+    parser.addoption("--bars", type=Path, metavar="FILE", help="put the table of bars into this .json and its page")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Note the commit before the sources may change."""
+    if session.config.getoption("--bars") is not None:
+        commit()
+
+
 @pytest.fixture
 def bar(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that records one figure against its bar and fails the test when it misses."""
@@ -57,17 +72,24 @@ def bar(request: pytest.FixtureRequest) -> Callable[..., None]:
     return judge
 
 
-def recorded(terminalreporter: pytest.TerminalReporter) -> Iterator[Row]:
-    """Yield the rows of all tests that ran, in the order in which they ended."""
+def ended(terminalreporter: pytest.TerminalReporter) -> Iterator[pytest.TestReport]:
+    """Yield the reports of all tests that ran, in the order in which they ended."""
     for reports in terminalreporter.stats.values():
-        for report in reports:
-            if isinstance(report, pytest.TestReport) and report.when == "call":
-                yield from (Row(*cast("Any", entry)) for key, entry in report.user_properties if key == PROPERTY)
+        yield from (one for one in reports if isinstance(one, pytest.TestReport) and one.when == "call")
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print bar and figure side by side."""
-    rows = sorted(recorded(terminalreporter))
+def rows_of(report: pytest.TestReport) -> Iterator[Row]:
+    """Yield the rows of a test."""
+    yield from (Row(*cast("Any", entry)) for key, entry in report.user_properties if key == PROPERTY)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Print bar and figure side by side; keep them where it is asked for."""
+    reports = list(ended(terminalreporter))
+    rows = sorted(row for report in reports for row in rows_of(report))
+    if (path := config.getoption("--bars")) is not None:
+        stamps = [(one.nodeid, getattr(one, "wasxfail", ""), row) for one in reports for row in rows_of(one)]
+        record(path, {one.nodeid for one in reports}, [stamped(*each) for each in stamps])
     if not rows:
         return
     width = max(len(row.name) for row in rows)

@@ -25,7 +25,7 @@ from app.cli.measured_options import (
 from app.cli.terminal import AsJson, Chosen, ProtocolPath, complain, values_of
 
 if TYPE_CHECKING:
-    from app.studies.calibration import Calibration
+    from app.studies.calibration import CalibrationResult
 
 CALIBRATE_HELP: Final = """\b
 Examples:
@@ -98,7 +98,7 @@ def calibrate(  # noqa: PLR0913 (each is an option)
         complain(f"{protocol}: WARNING: {line}")
 
 
-def calibration_data(found: Calibration) -> dict[str, Any]:
+def calibration_data(found: CalibrationResult) -> dict[str, Any]:
     """Return a calibration as plain data; what is not known is null."""
     parameters = {
         one.parameter.name: {
@@ -131,7 +131,7 @@ def _known(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def _print(found: Calibration) -> None:
+def _print(found: CalibrationResult) -> None:
     """Print estimates and correlations."""
     from rich.table import Table  # noqa: PLC0415
 

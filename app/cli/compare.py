@@ -70,7 +70,7 @@ def compare(  # noqa: PLR0913 (each is an option)
         repeats=repeats,
     )
     if table is not None:
-        write_table(found.table, table)
-    print_table(found.table, as_json=as_json)
+        write_table(found.scores, table)
+    print_table(found.scores, as_json=as_json)
     if not as_json:
         sys.stdout.write(f"plot: {found.figure}\n")

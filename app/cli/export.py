@@ -9,6 +9,7 @@ from typing import Annotated, Final
 import typer
 
 from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
+from app.records.export_shapes import Kind  # noqa: TC001 (typer reads the annotations)
 
 EXPORT_HELP: Final = """\b
 Dialects:
@@ -26,7 +27,8 @@ Dialects:
 Examples:
   knitlab export runs/biaxial_cycle
   knitlab export runs/uniaxial_course --dialect bluehill3 --locale de
-  knitlab export runs/uniaxial_course --dialect bluehill-universal --units force=mN,length=um"""
+  knitlab export runs/uniaxial_course --dialect bluehill-universal --units force=mN,length=um
+  knitlab export runs/uniaxial_course --shapes link"""
 
 
 def export(
@@ -43,14 +45,34 @@ def export(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the files.", show_default="the run folder", file_okay=False)
     ] = None,
+    shapes: Annotated[
+        Kind | None,
+        typer.Option(
+            help="Write no log but run.h5 as NAME.vtkhdf, which ParaView and pyvista open by its name: "
+            "a link to the same file, or a copy."
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the logs of a run from its run.h5, under the names that the instruments give them."""
+    """Write the logs of a run from its run.h5, under the names that the instruments give them; or its shapes."""
     from app.records.export import export_run  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
-    written = [str(path) for path in export_run(run, dialect=dialect, locale=locale, units=units, out=out)]
-    if as_json:
-        print_json({"files": written})
+    if shapes is not None:
+        files, kind = (_shapes(run, shapes, dialect, locale, units, out),), "shapes"
     else:
-        sys.stdout.writelines(f"log: {path}\n" for path in written)
+        files, kind = export_run(run, dialect=dialect, locale=locale, units=units, out=out), "log"
+    if as_json:
+        print_json({"files": [str(path) for path in files]})
+    else:
+        sys.stdout.writelines(f"{kind}: {path}\n" for path in files)
+
+
+def _shapes(run: Path, kind: Kind, dialect: str | None, locale: str, units: str | None, out: Path | None) -> Path:
+    """Write the shapes; options of logs are none of theirs."""
+    from app.records.export_shapes import export_shapes  # noqa: PLC0415
+    from knitlab_core.errors import SpecificationError  # noqa: PLC0415
+
+    if dialect is not None or units is not None or locale != "en":
+        raise SpecificationError("--shapes", "an option of logs beside it", "--shapes with --out and --json alone")
+    return export_shapes(run, kind, out)

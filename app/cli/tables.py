@@ -58,8 +58,8 @@ def sweep_data(result: SweepResult) -> dict[str, Any]:
         }
         for one in result.points
     ]
-    plots = [str(path) for path in result.plots]
-    return {"points": points, "table": str(result.table), "plot": str(result.plot), "plots": plots}
+    plots = [str(path) for path in result.plot_files]
+    return {"points": points, "table": str(result.table_file), "plot": str(result.plot_file), "plots": plots}
 
 
 def print_sweep(result: SweepResult) -> None:
@@ -73,7 +73,10 @@ def print_sweep(result: SweepResult) -> None:
             console_of().print(f"{one.point.label}: beyond strength: {crossing}", soft_wrap=True)
         for loss in one.losses:
             console_of().print(f"{one.point.label}: let go: {loss}", soft_wrap=True)
-    for name, path in (("table", result.table), *(("plot", path) for path in (result.plot, *result.plots))):
+    for name, path in (
+        ("table", result.table_file),
+        *(("plot", path) for path in (result.plot_file, *result.plot_files)),
+    ):
         console_of().print(f"{name}: {path}", soft_wrap=True)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib.util import find_spec
@@ -10,16 +9,18 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from app.interactive.markup import folded, head_html, rows_html
 from app.records.analysis import analyse_run
 from app.records.export import export_run
-from app.records.reader import read_run
-from app.runs.publishing import RunResult
+from app.records.export_shapes import export_shapes
+from app.records.reader import RunReader, read_run
+from app.records.results import figures_of
+from app.runs.publishing import RunResult, result_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from app.interactive.scene import Scene
-    from app.records.reader import RunReader
     from app.views.plotting import Picture
     from rigs.analysis.table import Table
 
@@ -36,6 +37,18 @@ class Run(RunResult):
     def of(cls, result: RunResult) -> Self:
         """Return what a run came to, with its record at hand."""
         return cls(**{one.name: getattr(result, one.name) for one in fields(RunResult)})
+
+    @classmethod
+    def at(cls, folder: Path | str) -> Self:
+        """Return a run that was done before, by its folder.
+
+        Raises
+        ------
+        FileNotFoundError, FormatError
+            If there is no run, or it is damaged.
+        """
+        record = read_run(folder)
+        return cls.of(result_of(record.outcome, figures_of(record), record))
 
     @cached_property
     def record(self) -> RunReader:
@@ -86,18 +99,23 @@ class Run(RunResult):
         """Write the log as an instrument would, in its own or a chosen dialect; return the files."""
         return export_run(self.folder, dialect=dialect, locale=locale, units=units, out=out)
 
+    def to_vtkhdf(self, out: Path | None = None, *, link: bool = False) -> Path:
+        """Write the shapes as ``NAME.vtkhdf``, which `pyvista.read` and ParaView open by its name; return the file.
+
+        A copy of the record, or with `link` another name of the same file. `out` is another folder than the run's.
+        """
+        return export_shapes(self.folder, "link" if link else "copy", out)
+
     def __repr__(self) -> str:
         """Return outcome, folder and number of equilibria."""
         return f"Run(outcome={self.outcome!r}, folder={str(self.folder)!r}, equilibria={len(self.record.trace)})"
 
     def _repr_html_(self) -> str:
         """Return the outcome, the figures and the plot, for a notebook."""
-        said = html.escape(f"{self.outcome}{': ' + self.message if self.message else ''}")
-        head = f"<p><b>{html.escape(self.folder.name)}</b>, {len(self.record.trace)} equilibria; ended by {said}</p>"
-        cells = ((html.escape(name), f"{value:.4g}", html.escape(unit)) for name, value, unit in self.figures)
-        rows = "".join(f"<tr><td>{'</td><td>'.join(three)}</td></tr>" for three in cells)
+        said = f"{self.outcome}{': ' + self.message if self.message else ''}"
+        head = head_html(self.folder.name, f"{len(self.record.trace)} equilibria; ended by {said}")
         plot = self.plot().html() if len(self.record.trace) > 1 else ""
-        return f"{head}{plot}<details><summary>Figures</summary><table>{rows}</table></details>"
+        return f"{head}{plot}{folded('Figures', rows_html(self.figures))}"
 
 
 def frame_of(table: Table) -> Any:  # noqa: ANN401 (as above)
@@ -105,3 +123,10 @@ def frame_of(table: Table) -> Any:  # noqa: ANN401 (as above)
     if find_spec("pandas") is not None:
         return table.dataframe()
     return {name: np.asarray(column) for name, column in zip(table.headings(), table.columns.values(), strict=True)}
+
+
+def place_of(source: Path | str | RunResult | RunReader) -> Path | str:
+    """Return where a test is: a run by its folder or record, a file as it is named."""
+    if isinstance(source, RunResult):
+        return source.folder
+    return source.path if isinstance(source, RunReader) else source

@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.interactive.results import Run
-from app.records.reader import read_run
-from app.records.results import figures_of
-from app.runs.publishing import result_of
 from app.runs.use_cases import resume_run, run_protocol
 from app.views.drawing import draw_here
 from app.views.progress_bar import bar_for
@@ -98,5 +95,4 @@ def show(folder: Path | str) -> Run:
     FileNotFoundError, FormatError
         If there is no run, or it is damaged.
     """
-    record = read_run(folder)
-    return Run.of(result_of(record.outcome, figures_of(record), record))
+    return Run.at(folder)

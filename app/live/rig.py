@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 from app.checks.dry_run import fitted_machines
 from app.file_names import file_stem
+from app.interactive.results import Run
 from app.live.checks import checked, require_going_on
 from app.live.moves import number_of, ramp_of, rate_of
 from app.live.pace import Pace
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
     from app.live.moves import Quantity
     from app.live.pace import Speed
-    from app.runs.publishing import RunResult
     from app.runs.runner import Watch
     from app.schemas import Loaded, Source
     from app.views.drawing import Draw
@@ -93,7 +93,7 @@ class LiveRig:
         with kept_in(wanted):
             self.folder = make_run_folder(wanted)
         self._watch = watch
-        self._result: RunResult | None = None
+        self._result: Run | None = None
         self._closed = False
         self._marks: list[Mark] = []
         self._machines = fitted_machines(loaded)
@@ -248,8 +248,8 @@ class LiveRig:
         self._reading = reading_of(self._test.session)
 
     @property
-    def result(self) -> RunResult:
-        """Return how the run ended.
+    def result(self) -> Run:
+        """Return how the run ended, with its tables, plots and pictures.
 
         Raises
         ------
@@ -260,11 +260,11 @@ class LiveRig:
             raise SpecificationError("result", "a run without an end", "a rig that was closed")
         return self._result
 
-    def close(self, error: BaseException | None = None) -> RunResult:
+    def close(self, error: BaseException | None = None) -> Run:
         """End the test, write log and pictures, and return how it ended; an error that broke it off is recorded."""
         if not self._closed:
             self._closed = True
-            self._result = self._test.close(error)
+            self._result = Run.of(self._test.close(error))
         return self.result
 
     def __enter__(self) -> Self:

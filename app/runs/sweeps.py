@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import re
-import unicodedata
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from itertools import count as count_from
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -17,95 +15,58 @@ from app.records.folder import RECORD, write_whole
 from app.records.reader import RunReader
 from app.records.results import figures_of
 from app.runs.runner import quiet
+from app.runs.sweep_tables import PointResult, as_csv, sweep_table
 from app.runs.use_cases import RUNS, has_ended, resume_run, run_protocol
-from app.schemas import load_sweep, to_data
+from app.schemas import Loaded, load, load_sweep, to_data
 from app.schemas.document import dotted
 from app.schemas.errors import shown
-from app.views.curves import curves_of, stress_unit
-from app.views.plots import LINES, NAMES, ROLE_LABELS, STYLES, draw_marks, draw_part, finish, quantity_of, stress_label
+from app.schemas.sweep import Point
+from app.views.drawing import draw_here
+from app.views.sweep_curves import curves_plot
 from app.views.sweep_plots import plot_figure
 from knitlab_core.errors import SpecificationError
+from rigs.protocol.protocol import Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from app.records.results import Figure
     from app.runs.publishing import Progress
-    from app.schemas import Loaded
+    from app.schemas import Source
     from app.schemas.document import Place
-    from app.schemas.sweep import Point, Scalar
-    from rigs.analysis.clasps import ClaspLoss
-    from rigs.analysis.material_limits import LimitCrossing
-    from rigs.axes import Axis
+    from app.schemas.sweep import Scalar
+    from app.views.drawing import Draw
     from rigs.record import End
 
 MOST_JOBS: Final = 64
 
-MOST_LABELS: Final = 12
-"""Points that the legend of the plot names."""
-
-
-_QUANTITY: Final = re.compile(r"[+-]?\.?\d[\d.]*(?:[eE][+-]?\d+)?\s*[A-Za-zµμ%°]*(?:\s*/\s*[A-Za-zµμ]+)?")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PointResult:
-    """How one point of a sweep ended.
-
-    Attributes
-    ----------
-    point : Point
-        Its values and label.
-    folder : Path
-        Its run folder.
-    outcome : End
-        How it ended.
-    message : str
-        One line for the user; empty when there is nothing to add.
-    figures : tuple of (name, value, unit)
-        What it came to.
-    skipped : bool
-        Whether it had been run before.
-    crossings : tuple of LimitCrossing
-        Where a fibre passed a limit of its material.
-    losses : tuple of ClaspLoss
-        Where clasps let go.
-    """
-
-    point: Point
-    folder: Path
-    outcome: End
-    message: str
-    figures: tuple[Figure, ...]
-    skipped: bool
-    crossings: tuple[LimitCrossing, ...] = ()
-    losses: tuple[ClaspLoss, ...] = ()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepResult:
-    """Results of a sweep: its points in order, and the table and plots of all."""
+    """Results of a sweep: its points in order, its folder, and the files of the table and plots of all."""
 
     points: tuple[PointResult, ...]
-    table: Path
-    plot: Path
-    plots: tuple[Path, ...] = ()
+    folder: Path
+    table_file: Path
+    plot_file: Path
+    plot_files: tuple[Path, ...] = ()
 
 
 def run_sweep(
-    path: Path | str,
+    source: Source | Sequence[Source],
     out: Path | str | None = None,
     progress: Progress = quiet,
     *,
     jobs: int = 1,
     figures: Sequence[str] = (),
+    values: Mapping[str, Sequence[Scalar]] | None = None,
+    draw: Draw | None = draw_here,
 ) -> SweepResult:
     """Run all points of a sweep that have not been run.
 
     Parameters
     ----------
-    path : Path or str
-        The protocol file.
+    source : Path, str, Mapping, Protocol, Loaded, or a list of them
+        The protocol, or a list of protocols that are the points.
     out : Path, str or None
         Folder of the sweep; each point gets one in it, named by its values. None for one under ``runs/``.
     progress : callable, optional
@@ -114,6 +75,10 @@ def run_sweep(
         Processes that run at once.
     figures : sequence of str
         Words of the figures to plot over the parameter, or to map over two.
+    values : Mapping, optional
+        Values of parameters to sweep over, in the place of the protocol's `sweep`.
+    draw : callable or None
+        Begins to draw plot and knit of a point; None for no pictures.
 
     Returns
     -------
@@ -127,15 +92,14 @@ def run_sweep(
     """
     if not 1 <= jobs <= MOST_JOBS:
         raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
-    path = Path(path)
-    swept = load_sweep(path)
-    out = RUNS / file_stem(path.stem) if out is None else Path(out)
+    swept = _points_of(source, values)
+    out = RUNS / _stem(source, swept) if out is None else Path(out)
     out.mkdir(parents=True, exist_ok=True)
     done = {point.label: is_done(out / point.label, loaded) for point, loaded in swept}
-    todo = [point for point, _ in swept if not done[point.label]]
+    todo = [(point, loaded) for point, loaded in swept if not done[point.label]]
     count = len(swept) - len(todo)
     progress(count / len(swept), f"{count} of {len(swept)} points done before")
-    for point, end in _run_all(path, out, todo, progress if jobs == 1 else quiet, jobs):
+    for point, end in _run_all(out, todo, progress, jobs, len(swept), draw):
         if end == "abort":
             # An interrupt of a point ends the sweep.
             break
@@ -145,9 +109,39 @@ def run_sweep(
         (point, RunReader(out / point.label / RECORD)) for point, _ in swept if (out / point.label / RECORD).exists()
     ]
     points = tuple(_result(point, run, skipped=done[point.label]) for point, run in records)
-    table = write_whole(out / "sweep.csv", [_table(points).encode()])
-    plots = [plot_figure([(one.point.values, one.figures) for one in points], words, out) for words in figures]
-    return SweepResult(points=points, table=table, plot=_plot(records, out / "sweep.png"), plots=tuple(plots))
+    pairs = [(one.point.values, one.figures) for one in points]
+    return SweepResult(
+        points=points,
+        folder=out,
+        table_file=write_whole(out / "sweep.csv", [as_csv(sweep_table(points)).encode()]),
+        plot_file=curves_plot(records, out / "sweep.png"),
+        plot_files=tuple(plot_figure(pairs, words, out) for words in figures),
+    )
+
+
+def _points_of(
+    source: Source | Sequence[Source], values: Mapping[str, Sequence[Scalar]] | None
+) -> list[tuple[Point, Loaded]]:
+    """Return the points of a protocol with a sweep, or protocols of a list, named apart."""
+    if isinstance(source, str | Path | Mapping | Protocol | Loaded):
+        return load_sweep(source, values=values)
+    if values or not source:
+        raise SpecificationError("sweep", f"a list of {len(source)} protocols", "values for one, or a list alone")
+    found: dict[str, Loaded] = {}
+    for one in source:
+        loaded = load(one).one_test()
+        stem = file_stem(loaded.protocol.name)
+        free = (stem if number == 1 else f"{stem}-{number}" for number in count_from(1))
+        found[next(name for name in free if name not in found)] = loaded
+    return [(Point(label=label, values={}), loaded) for label, loaded in found.items()]
+
+
+def _stem(source: Source | Sequence[Source], swept: Sequence[tuple[Point, Loaded]]) -> str:
+    """Return the name of the folder of a sweep: that of its file, or of a protocol that names itself."""
+    if isinstance(source, Path) or (isinstance(source, str) and "\n" not in source):
+        return file_stem(Path(source).stem)
+    first = swept[0][1]
+    return file_stem(first.protocol.name) if _names_itself(first) and swept[0][0].values else "sweep"
 
 
 def is_done(folder: Path, loaded: Loaded) -> bool:
@@ -194,24 +188,36 @@ def _differences(one: object, other: object, place: Place = ()) -> Iterator[tupl
 
 
 def _run_all(
-    path: Path, out: Path, todo: Sequence[Point], progress: Progress, jobs: int
+    out: Path,
+    todo: Sequence[tuple[Point, Loaded]],
+    progress: Progress,
+    jobs: int,
+    points: int,
+    draw: Draw | None,
 ) -> Iterator[tuple[Point, End]]:
-    """Run points, and yield each with its end."""
+    """Run points, and yield each with its end; of one at a time the progress is a share of all `points`."""
     if jobs == 1:
-        for point in todo:
-            yield point, _run_one(path, out / point.label, point, progress)
+        before = points - len(todo)
+        for number, (point, loaded) in enumerate(todo):
+            share = _part_of(progress, (before + number) / points, 1.0 / points, point.label)
+            yield point, _run_one(out / point.label, loaded, share, draw)
         return
     with ProcessPoolExecutor(max_workers=jobs, mp_context=get_context("spawn")) as pool:
-        running = {pool.submit(_run_one, path, out / point.label, point, quiet): point for point in todo}
+        running = {pool.submit(_run_one, out / point.label, loaded, quiet, draw): point for point, loaded in todo}
         for one in as_completed(running):
             yield running[one], one.result()
 
 
-def _run_one(path: Path, folder: Path, point: Point, progress: Progress) -> End:
+def _part_of(progress: Progress, start: float, share: float, label: str) -> Progress:
+    """Return the progress of a part of the work, told as progress of all of it."""
+    return lambda done, words: progress(start + share * done, f"{label}: {words}")
+
+
+def _run_one(folder: Path, loaded: Loaded, progress: Progress, draw: Draw | None) -> End:
     """Run one point in its folder, or resume it."""
     if (folder / RECORD).exists():
-        return resume_run(folder, progress).outcome
-    return run_protocol(path, folder, progress, exact=True, chosen=point.values).outcome
+        return resume_run(folder, progress, draw=draw).outcome
+    return run_protocol(loaded, folder, progress, exact=True, draw=draw).outcome
 
 
 def _result(point: Point, run: RunReader, *, skipped: bool) -> PointResult:
@@ -227,56 +233,3 @@ def _result(point: Point, run: RunReader, *, skipped: bool) -> PointResult:
         crossings=run.crossings,
         losses=run.losses,
     )
-
-
-def _table(points: Sequence[PointResult]) -> str:
-    """Return a table of all points as CSV: values, outcome, every figure of any."""
-    names = list(dict.fromkeys(f"{name} [{unit}]" for point in points for name, _, unit in point.figures))
-    text = io.StringIO()
-    writer = csv.writer(text)
-    values = list(points[0].point.values) if points else []
-    writer.writerow(["point", *values, "outcome", "message", *names])
-    for one in points:
-        found = {f"{name} [{unit}]": value for name, value, unit in one.figures}
-        figures = [found.get(name, "") for name in names]
-        given = [safe_cell(value) for value in one.point.values.values()]
-        writer.writerow([one.point.label, *given, one.outcome, safe_cell(one.message), *figures])
-    return text.getvalue()
-
-
-def safe_cell(value: Scalar) -> Scalar:
-    """Return a value as a cell that no spreadsheet evaluates as a formula; a negative quantity is none."""
-    if not isinstance(value, str) or _QUANTITY.fullmatch(value):
-        return value
-    return f"'{value}" if unicodedata.normalize("NFKC", value).lstrip().startswith(("=", "+", "-", "@")) else value
-
-
-def _plot(records: Sequence[tuple[Point, RunReader]], path: Path) -> Path:
-    """Plot stress over strain of all points that have rows, one panel an axis, dark to light."""
-    from matplotlib import colormaps  # noqa: PLC0415 - imported when a plot is wanted
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    drawn = [(point, run.size, curves_of(run)) for point, run in records if len(run.trace)]
-    every = [curve for _, _, curves in drawn for curve in curves]
-    axes = tuple(dict.fromkeys(curve.axis for curve in every))
-    factor, unit = stress_unit([part.stress for curve in every for part in curve.parts])
-    figure = Figure(figsize=(1.0 + 5.6 * max(len(axes), 1), 5.2), layout="constrained")
-    panels = figure.subplots(1, max(len(axes), 1), squeeze=False)[0]
-    named: dict[Axis, set[str]] = {axis: set() for axis in axes}
-    for number, (point, _, curves) in enumerate(drawn):
-        colour = colormaps["viridis"](0.9 * number / max(len(drawn) - 1, 1))
-        for curve in curves:
-            panel = panels[axes.index(curve.axis)]
-            label: str | None = point.label if number < MOST_LABELS else None
-            for part in curve.parts:
-                draw_part(panel, part, factor, ls=STYLES[part.role], color=colour, lw=1.6, label=label)
-                label = None
-            draw_marks(panel, [curve], lambda mark: (100.0 * mark.strain, factor * mark.stress), named[curve.axis])
-    for axis, panel in zip(axes, panels, strict=False):
-        roles = [role for role in STYLES if any(role in curve.roles for curve in every if curve.axis == axis)]
-        words = ", ".join(f"{ROLE_LABELS[role]} {LINES[STYLES[role]]}" for role in roles if len(roles) > 1)
-        panel.set_title(f"{NAMES[axis]}{': ' * bool(words)}{words}", fontsize=11, loc="left")
-        panel.set_xlabel(f"{quantity_of([axis], 'strain')} [%]", fontsize=12)
-        panel.set_ylabel(stress_label(drawn[0][1], unit, [axis]), fontsize=12)
-        panel.legend(frameon=False, fontsize=10, loc="upper left")
-    return finish(figure, list(panels), path)

@@ -1,6 +1,6 @@
 """Reading and writing of protocols: the only place that parses what a user wrote.
 
-loading   from any source to the domain's protocol
+loading, swept  from any source to the domain's protocol, and to one for every point of a sweep
 document  YAML to plain data with lines and columns
 params, sweep  `${param}` replaced by its value; the points of a sweep
 values    quantities and other single values
@@ -19,7 +19,8 @@ material_files  files of materials and centrelines of one's own
 
 from app.schemas.convert import to_data, to_yaml
 from app.schemas.errors import ProtocolError
-from app.schemas.loading import Loaded, Source, from_yaml, json_schema, load, load_sweep, loads, loads_document
+from app.schemas.loading import Loaded, Source, from_yaml, json_schema, load, loads, loads_document
+from app.schemas.swept import load_sweep
 
 __all__ = [
     "Loaded",

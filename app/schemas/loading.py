@@ -146,21 +146,6 @@ def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
     return _loaded(document, as_label(path.stem, _UNNAMED), beside, chosen or {}, path)
 
 
-def load_sweep(path: Path | str, chosen: Mapping[str, Data] | None = None) -> list[tuple[Point, Loaded]]:
-    """Read a protocol file once for every point of its sweep, with values `chosen` for other parameters.
-
-    Raises
-    ------
-    ProtocolError
-        For whatever is wrong with it or with one of the points, or if it has no sweep, in one line.
-    """
-    swept = load(path, chosen)
-    if not swept.points:
-        spot = swept.document.spot(())
-        raise ProtocolError(str(path), spot, "sweep", "nothing", "a sweep, such as {pre: [0, 0.1, 0.2]}, or a sample")
-    return [(point, load(path, {**(chosen or {}), **point.values})) for point in swept.points]
-
-
 def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, materials: str = "") -> Loaded:
     """Read a protocol from text.
 

@@ -50,11 +50,20 @@ def points_of(model: ProtocolModel, document: Document) -> tuple[Point, ...]:
     if sample is not None:
         points = sampled(sample, list(model.params), document)
         return tuple(Point(label=label_of(values), values=values) for values in points)
-    if not sweep:
-        return ()
+    return grid_of(sweep, list(model.params), document) if sweep else ()
+
+
+def grid_of(sweep: Mapping[str, Sequence[Scalar]], params: Sequence[str], document: Document) -> tuple[Point, ...]:
+    """Return the points of all combinations of the values of some parameters.
+
+    Raises
+    ------
+    ProtocolError
+        For a name that is no parameter, a list without values or with one twice, or too many points.
+    """
     faults = Faults()
     for name, values in sweep.items():
-        faults.of(partial(_check, name, values, list(model.params), document), None)
+        faults.of(partial(_check, name, values, params, document), None)
     faults.raise_any()
     count = math.prod(len(values) for values in sweep.values())
     if count > MOST_POINTS:

@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from app.runs.publishing import Progress
+    from app.schemas import Source
     from app.schemas.document import Data
+    from rigs.analysis.comparison import Across, Along
     from rigs.analysis.estimation import Estimates
     from rigs.analysis.residuals import Residuals
-    from rigs.analysis.table import Table
     from rigs.axes import FloatArray
     from rigs.readers.mapping import FileMapping
 
@@ -42,7 +43,7 @@ RANGE: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Calibration:
+class CalibrationResult:
     """What a calibration gives.
 
     Attributes
@@ -53,12 +54,12 @@ class Calibration:
         Root mean square difference of the curves, in their ranges, with the protocol's values and with the best [1].
     residuals : Mapping
         Differences of every measured test with the best values, by its name and axis.
+    quantity : (Across, Along)
+        What was compared over what.
     runs, reused : int
         Runs that were needed, and how many of them had been done before.
     notes : tuple of str
         What else a user must know: bounds that were hit, what was not covered, a search that did not end.
-    table, curves : Table
-        The estimates; the fitted curves with their residuals.
     files : tuple of Path
         `calibration.csv`, `fit.csv` and `fit.png`.
     """
@@ -67,16 +68,15 @@ class Calibration:
     first: float
     last: float
     residuals: Mapping[tuple[str, str], list[Residuals]]
+    quantity: tuple[Across, Along]
     runs: int
     reused: int
     notes: tuple[str, ...]
-    table: Table
-    curves: Table
     files: tuple[Path, ...]
 
 
 def calibrate(
-    protocol: Path | str,
+    protocol: Source,
     measured: Sequence[Path | str],
     fit: Sequence[str],
     out: Path | str = Path("runs/calibration"),
@@ -88,15 +88,15 @@ def calibrate(
     alignment: Alignment | None = None,
     axis: str | None = None,
     leave_out: Collection[int] = (),
-) -> Calibration:
+) -> CalibrationResult:
     """Fit parameters of a protocol to measured files or runs.
 
     Runs are kept in `out` and used again, so that an interrupted calibration goes on where it was.
 
     Parameters
     ----------
-    protocol : Path or str
-        Protocol file, with the parameters under `params`.
+    protocol : Path, str or Mapping
+        The protocol: its file, its text, or data, with the parameters under `params`.
     measured : sequence of Path or str
         Files of instruments, and runs; each test in them counts alike.
     fit : sequence of str
@@ -121,11 +121,11 @@ def calibrate(
     """
     if not 1 <= jobs <= MOST_JOBS:
         raise SpecificationError("--jobs", jobs, f"a whole number from 1 to {MOST_JOBS}")
-    path, out, how = Path(protocol), Path(out), Alignment() if alignment is None else alignment
-    parameters = bounded(path, fit, chosen or {})
+    out, how = Path(out), Alignment() if alignment is None else alignment
+    parameters = bounded(protocol, fit, chosen or {})
     groups = groups_of(measured, mapping, how, axis, leave_out)
     with FitRuns(
-        protocol=path,
+        protocol=protocol,
         folder=out / "runs",
         chosen=chosen or {},
         jobs=jobs,
@@ -142,28 +142,27 @@ def calibrate(
         notes = [*_bound_notes(found), *misfit.uncovered(z)]
         if not steps_left:
             notes.append(f"the search did not end within {MOST_STEPS} steps; the same command with other bounds may")
-        tables = estimate_table(found), curve_table(parts, *misfit.quantities(runs.at([z])[0]))
+        quantity = misfit.quantities(runs.at([z])[0])
         first = _rms(misfit(np.array([one.coordinate(one.start) for one in parameters])))
         files = (
-            write_table(tables[0], out / "calibration.csv"),
-            write_table(tables[1], out / "fit.csv"),
-            calibration_plot(parts, misfit.quantities(runs.at([z])[0]), out / "fit.png"),
+            write_table(estimate_table(found), out / "calibration.csv"),
+            write_table(curve_table(parts, *quantity), out / "fit.csv"),
+            calibration_plot(parts, quantity, out / "fit.png"),
         )
-        return Calibration(
+        return CalibrationResult(
             estimates=found,
             first=first,
             last=_rms(np.concatenate(series)),
             residuals=parts,
+            quantity=quantity,
             runs=len(runs.done),
             reused=runs.reused,
             notes=tuple(notes),
-            table=tables[0],
-            curves=tables[1],
             files=files,
         )
 
 
-def bounded(protocol: Path, fit: Sequence[str], chosen: Mapping[str, Data]) -> list[Bounded]:
+def bounded(protocol: Source, fit: Sequence[str], chosen: Mapping[str, Data]) -> list[Bounded]:
     """Return the parameters that words such as ``E=0.5 GPa:2 GPa`` name, with bounds and first values.
 
     Raises
@@ -225,7 +224,7 @@ def _search(misfit: Misfit, parameters: Sequence[Bounded]) -> tuple[FloatArray, 
     start = np.array([one.coordinate(one.start) for one in parameters])
     if not np.isfinite(misfit(start)).all():
         expected = "first values with which a cycle can be run, with three equilibria or more in each branch"
-        raise SpecificationError(str(misfit.runs.protocol), misfit.runs.said(start), expected)
+        raise SpecificationError(load(misfit.runs.protocol).document.path, misfit.runs.said(start), expected)
     found = least_squares(
         misfit,
         start,

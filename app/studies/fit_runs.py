@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from app.runs.publishing import Progress
+    from app.schemas import Source
     from app.schemas.document import Data
     from app.schemas.sweep import Scalar
     from rigs.axes import FloatArray
@@ -50,8 +51,10 @@ class FitRuns:
 
     Attributes
     ----------
-    protocol, folder : Path
-        The protocol, and where the runs are.
+    protocol : Path, str or Mapping
+        The protocol.
+    folder : Path
+        Where the runs are.
     chosen : Mapping
         Values of other parameters.
     jobs : int
@@ -68,7 +71,7 @@ class FitRuns:
         How many had been done before.
     """
 
-    protocol: Path
+    protocol: Source
     folder: Path
     chosen: Mapping[str, Data]
     jobs: int
@@ -132,7 +135,7 @@ class FitRuns:
         return is_done(self.folder / label, load(self.protocol, {**self.chosen, **values}))
 
 
-def run_one(task: tuple[Path, Path, Mapping[str, Data]]) -> tuple[str, str]:
+def run_one(task: tuple[Source, Path, Mapping[str, Data]]) -> tuple[str, str]:
     """Run one point in its folder or resume it; return its end and message, no end where it cannot be run."""
     protocol, folder, values = task
     try:

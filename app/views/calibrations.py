@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 from app.views.curves import force_unit, stress_unit
 from app.views.labels import shortened
-from app.views.plots import finish
+from app.views.plots import framed, write_figure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
+
+    from matplotlib.figure import Figure
 
     from rigs.analysis.comparison import Across, Along
     from rigs.analysis.residuals import Name, Residuals
@@ -24,6 +26,11 @@ MOST_PANELS: Final = 6
 def calibration_plot(
     parts: Mapping[tuple[str, str], list[Residuals]], quantity: tuple[Across, Along], path: Path
 ) -> Path:
+    """Write the figure of a calibration."""
+    return write_figure(calibration_figure(parts, quantity), path)
+
+
+def calibration_figure(parts: Mapping[tuple[str, str], list[Residuals]], quantity: tuple[Across, Along]) -> Figure:
     """Draw each measured test with the fit over it, and the residuals in percent of the range below.
 
     Parameters
@@ -32,8 +39,6 @@ def calibration_plot(
         Residuals of each test by name and axis.
     quantity : (Across, Along)
         What is drawn over what.
-    path : Path
-        File of the figure.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
 
@@ -61,4 +66,4 @@ def calibration_plot(
         lower.axhline(0.0, color=MEASURED, lw=0.8)
         if drawn:
             upper.legend(frameon=False, fontsize=10, loc="upper left")
-    return finish(figure, list(grid.flat), path)
+    return framed(figure, list(grid.flat))

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.records.analysis import is_run, read_file
+from app.records.folder import RECORD
 from app.records.measurements import cycled, whole_test, zeroings_of
 from app.records.reader import read_run
 from app.views.curves import force_unit, stress_unit
 from app.views.labels import shortened
-from app.views.plots import NAMES, finish, quantity_of
+from app.views.plots import NAMES, framed, quantity_of, write_figure
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.alignment import Alignment, aligned
 from rigs.analysis.comparison import Group, by_axis, comparison_table, quantities, reference_of
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from rigs.analysis.comparison import Across, Along
     from rigs.analysis.table import Table
@@ -35,31 +37,37 @@ MEASURED, *OTHERS = ("#404040", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """What a comparison gives.
+class Overlay:
+    """Tests laid over each other, and their scores.
 
     Attributes
     ----------
-    table : Table
+    scores : Table
         Scores of every test: NRMSE, secants, loops.
-    figure : Path
-        The overlay.
+    groups : sequence of Group
+        The tests as they were laid over each other.
+    quantity : (Across, Along)
+        What is compared over what.
+    figure : Path or None
+        The overlay, where a file was asked for.
     """
 
-    table: Table
-    figure: Path
+    scores: Table
+    groups: Sequence[Group]
+    quantity: tuple[Across, Along]
+    figure: Path | None
 
 
 def compare(
     sources: Sequence[Path | str],
-    out: Path | str = "comparison.png",
+    out: Path | str | None = None,
     *,
     mapping: Path | FileMapping | None = None,
     alignment: Alignment | None = None,
     axis: str | None = None,
     leave_out: Collection[int] = (),
     repeats: bool = False,
-) -> Comparison:
+) -> Overlay:
     """Lay runs and measured files over each other; draw them and score them.
 
     Repeats in a file are drawn as a band about their mean. Others are scored against the first measured file, or
@@ -69,8 +77,8 @@ def compare(
     ----------
     sources : sequence of Path or str
         Run folders, and files of instruments.
-    out : Path or str
-        Path of the figure.
+    out : Path, str or None
+        File of the figure; None for none.
     mapping : Path, FileMapping or None
         What the measured files do not say themselves.
     alignment : Alignment or None
@@ -89,9 +97,10 @@ def compare(
     """
     how = Alignment() if alignment is None else alignment
     groups = groups_of(sources, mapping, how, axis, leave_out, repeats=repeats)
-    across, along = quantities(groups)
-    table = comparison_table(groups, across, along)
-    return Comparison(table=table, figure=draw(groups, table, (across, along), Path(out)))
+    quantity = quantities(groups)
+    scores = comparison_table(groups, *quantity)
+    figure = None if out is None else write_figure(overlay_figure(groups, scores, quantity), Path(out))
+    return Overlay(scores=scores, groups=groups, quantity=quantity, figure=figure)
 
 
 def groups_of(
@@ -106,18 +115,30 @@ def groups_of(
     """Return the tests of runs and measured files, aligned, axis by axis; the arguments are those of `compare`."""
     if not sources:
         raise SpecificationError("sources", 0, "a run or a measured file, or several")
-    found: list[Group] = []
+    found: list[tuple[str, list[Group]]] = []
     measured: list[Path] = []
     for source in map(Path, sources):
         if is_run(source):
-            found += run_groups(source, how)
+            folder = source.parent if source.name == RECORD else source
+            found.append((folder.name, run_groups(source, how)))
         elif repeats:
             measured.append(source)
         else:
-            found += _of_files([source], mapping, how, leave_out)
+            found.append(("", _of_files([source], mapping, how, leave_out)))
     if measured:
-        found += _of_files(measured, mapping, how, leave_out)
-    return _named_apart(_on_axes(found, axis))
+        found.append(("", _of_files(measured, mapping, how, leave_out)))
+    return _named_apart(_on_axes(_by_folder(found), axis))
+
+
+def _by_folder(found: Sequence[tuple[str, list[Group]]]) -> list[Group]:
+    """Return the groups of all sources; runs of one name have that of their folder too, where it tells them apart."""
+    places = Counter((group.name, folder) for folder, groups in found for group in groups[:1])
+    owners = Counter(name for name, _ in places)
+    return [
+        replace(group, name=f"{group.name}, {folder}") if folder and owners[groups[0].name] > 1 else group
+        for folder, groups in found
+        for group in groups
+    ]
 
 
 def run_groups(path: Path, how: Alignment) -> list[Group]:
@@ -183,7 +204,7 @@ def _named_apart(groups: Sequence[Group]) -> list[Group]:
     return found
 
 
-def draw(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along], out: Path) -> Path:
+def overlay_figure(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along]) -> Figure:
     """Draw the tests of each axis into a panel: repeats as a band about their mean, one alone as a line.
 
     Parameters
@@ -194,8 +215,6 @@ def draw(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along],
         Their `comparison_table`, whose NRMSE the legend shows.
     quantity : (Across, Along)
         What is drawn over what.
-    out : Path
-        Path of the PNG to write.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - imported when a plot is wanted
 
@@ -217,7 +236,7 @@ def draw(groups: Sequence[Group], scores: Table, quantity: tuple[Across, Along],
         axes.legend(frameon=False, fontsize=11, loc="upper left")
         if len(panels) > 1:
             axes.set_title(panel_name(axis), fontsize=12, loc="left")
-    return finish(figure, list(row), out)
+    return framed(figure, list(row))
 
 
 def panel_name(axis: str) -> str:

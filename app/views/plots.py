@@ -96,10 +96,7 @@ def stress_strain_plot(run: RunReader, path: Path) -> Path:
     Path
         The same path.
     """
-    from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
-
-    with boxes_allowed():
-        return save(stress_strain_figure(run), path)
+    return write_figure(stress_strain_figure(run), path)
 
 
 def stress_strain_figure(run: RunReader) -> Figure:
@@ -124,11 +121,21 @@ def stress_strain_figure(run: RunReader) -> Figure:
 
 def finish(figure: Figure, parts: Sequence[Axes], path: Path) -> Path:
     """Give the panels of a figure the common frame and grid, and write the file."""
+    return write_figure(framed(figure, parts), path)
+
+
+def write_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure in the format of the file's suffix."""
     from app.views.plotting import save  # noqa: PLC0415 (matplotlib: only where a plot is wanted)
 
-    frame_panels(parts)
     with boxes_allowed():
         return save(figure, path)
+
+
+def framed(figure: Figure, parts: Sequence[Axes]) -> Figure:
+    """Return a figure whose panels have the common frame and grid."""
+    frame_panels(parts)
+    return figure
 
 
 def frame_panels(parts: Sequence[Axes]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.views.curves import prefixed
 from app.views.lettering import write_plainly
-from app.views.plots import finish
+from app.views.plots import framed, write_figure
 from app.views.sweep_effects import Factor, draw_effect, draw_scattered
 from knitlab_core.errors import SpecificationError
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Page
 
     from app.records.results import Figure
     from app.schemas.sweep import Scalar
@@ -199,21 +200,25 @@ def plot_figure(points: Points, words: str, folder: Path) -> Path:
     SpecificationError
         As `tables_of`.
     """
+    return write_figure(figure_over(points, words), folder / f"sweep_{re.sub(r'[^A-Za-z0-9.+-]+', '_', words)}.png")
+
+
+def figure_over(points: Points, words: str) -> Page:
+    """Return the figure that `plot_figure` writes."""
     from matplotlib.figure import Figure as Page  # noqa: PLC0415 - imported when a plot is wanted
 
     parameters, tables = tables_of(points, words)
-    path = folder / f"sweep_{re.sub(r'[^A-Za-z0-9.+-]+', '_', words)}.png"
     if len(parameters) == 1:
         page = Page(figsize=(6.4, 4.6), layout="constrained")
         axes = page.subplots()
         _curves(axes, parameters[0], tables)
         write_plainly([axes.xaxis.label, *axes.get_xticklabels()])
-        return finish(page, [axes], path)
+        return framed(page, [axes])
     if len(parameters) > 2:
         page = Page(figsize=(1.0 + 3.2 * len(parameters), 0.6 + 3.2 * len(tables)), layout="constrained")
         grid = page.subplots(len(tables), len(parameters), squeeze=False, sharey="row", sharex="col")
         _main_effects(grid, [factor_of(one, points) for one in parameters], tables)
-        return finish(page, _written_plainly(grid.flat), path)
+        return framed(page, _written_plainly(grid.flat))
     page = Page(figsize=(5.6 * len(tables), 4.6), layout="constrained")
     panels = page.subplots(1, len(tables), squeeze=False)[0]
     first, second = parameters
@@ -223,7 +228,7 @@ def plot_figure(points: Points, words: str, folder: Path) -> Path:
         else:
             draw_scattered(panel, (factor_of(first, points), factor_of(second, points)), table.values, table.label)
     _written_plainly(panels)
-    return finish(page, [], path)
+    return page
 
 
 def _written_plainly(panels: Iterable[Axes]) -> list[Axes]:

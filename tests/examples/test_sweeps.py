@@ -74,7 +74,7 @@ def test_a_prestrain_across_stiffens_what_is_cycled(which: str, tmp_path: Path, 
 def test_every_point_has_its_folder_and_all_have_one_table_and_plot(course: tuple[Path, SweepResult]) -> None:
     _, result = course
     assert [one.folder.name for one in result.points] == ["pre=0", "pre=0.4"]
-    with result.table.open(newline="") as file:
+    with result.table_file.open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["point"], row["pre"], row["outcome"]) for row in rows] == [
         ("pre=0", "0", "target"),
@@ -82,7 +82,7 @@ def test_every_point_has_its_folder_and_all_have_one_table_and_plot(course: tupl
     ]
     name = "secant modulus to peak, C, cycle 1"
     assert float(rows[1][f"{name} [Pa]"]) == pytest.approx(figures(result)[1][name])
-    assert result.plot.read_bytes()[:4] == b"\x89PNG"
+    assert result.plot_file.read_bytes()[:4] == b"\x89PNG"
 
 
 def test_a_record_says_its_point_again(course: tuple[Path, SweepResult]) -> None:
@@ -103,13 +103,13 @@ def test_a_record_says_its_point_again(course: tuple[Path, SweepResult]) -> None
 def test_a_sweep_skips_what_is_done_and_refuses_what_is_another(course: tuple[Path, SweepResult]) -> None:
     path, before = course
     stamps = [(one.folder / "run.h5").stat().st_mtime_ns for one in before.points]
-    again = run_sweep(path, before.table.parent, silent)
+    again = run_sweep(path, before.folder, silent)
     assert [one.skipped for one in again.points] == [True, True]
     assert [(one.folder / "run.h5").stat().st_mtime_ns for one in again.points] == stamps
     other = path.with_name("other.yaml")
     other.write_text(path.read_text(encoding="utf-8").replace("n: 2", "n: 1"), encoding="utf-8")
     with pytest.raises(SpecificationError, match="found 'the run of another protocol'"):
-        run_sweep(other, before.table.parent, silent)
+        run_sweep(other, before.folder, silent)
 
 
 SINGLE = """\
@@ -148,7 +148,7 @@ def test_a_sweep_that_is_given_more_values_keeps_its_points(tmp_path: Path) -> N
     ]
     after = contents(tmp_path / "out")
     assert {name: after[name] for name in before} == before
-    with result.table.open(newline="") as file:
+    with result.table_file.open(newline="") as file:
         assert [row["peak"] for row in csv.DictReader(file)] == ["0.5 %", "1 %", "1.5 %"]
     # Anything but more values is another sweep, and one line says what differs.
     for old, new, says in (
@@ -203,7 +203,7 @@ def test_the_command_line_sweeps_analyses_and_checks(
     course: tuple[Path, SweepResult], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, result = course
-    out = result.table.parent
+    out = result.folder
     code, text, err = said(capsys, monkeypatch, "sweep", path, "--out", out, "--quiet", "--json")
     assert (code, err) == (0, "")
     assert [point["values"] for point in json.loads(text)["points"]] == [{"pre": 0}, {"pre": 0.4}]

@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.file_names import MOST_BYTES, MOST_SIGNS, file_stem
-from app.runs.sweeps import safe_cell
+from app.runs.sweep_tables import safe_cell
 from app.schemas import from_yaml
 from app.schemas.sweep import label_of
 from rigs.protocol.bounds import LONGEST_LABEL, as_label, is_label

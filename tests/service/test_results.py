@@ -73,7 +73,7 @@ def test_a_file_over_a_job_has_the_scores_of_the_command(
     assert answer.status_code == 200, answer.text
     found = answer.json()
     assert (found["across"], found["along"]) == ("strain", "stress")
-    same = compare([log, record], tmp_path / "over.png").table
+    same = compare([log, record], tmp_path / "over.png").scores
     wanted = {(axis, figure): value for _, axis, _, figure, value, *_ in same.rows() if figure == "NRMSE"}
     scores = {(one["axis"], one["figure"]): one["value"] for one in found["scores"] if one["figure"] == "NRMSE"}
     assert scores == pytest.approx(wanted)

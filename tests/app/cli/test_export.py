@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 
 from app.cli.main import main
+from app.records.reader import read_run
 from rigs.logs.catalogue import LOGS
 from tests.synthetic_run import make_run
 
@@ -83,3 +84,27 @@ def test_a_run_without_rows_or_record_is_said_in_one_line(tmp_path: Path, say: C
     said = say(tmp_path)
     assert said.code == 2
     assert said.err == "run.equilibria: found 'none', allowed a run with a row or more\n"
+
+
+@pytest.mark.parametrize("kind", ["link", "copy"])
+def test_shapes_are_written_under_a_name_that_viewers_know(kind: str, tmp_path: Path, say: Callable[..., Said]) -> None:
+    reader = pytest.importorskip("vtkmodules.vtkIOHDF", reason="needs the extra 'test'").vtkHDFReader()
+    make_run(tmp_path / "run.h5")
+    path = tmp_path / "seen" / "synthetic.vtkhdf"
+    for _ in range(2):
+        assert say(tmp_path, "--shapes", kind, "--out", tmp_path / "seen") == Said(0, f"shapes: {path}\n", "")
+    assert path.samefile(tmp_path / "run.h5") == (kind == "link")
+    assert path.read_bytes() == (tmp_path / "run.h5").read_bytes()
+    assert [file.name for file in path.parent.iterdir()] == ["synthetic.vtkhdf"]
+    reader.SetFileName(str(path))
+    reader.Update()
+    assert reader.GetNumberOfSteps() == len(read_run(path).frames()) > 1
+    assert reader.GetOutputDataObject(0).GetNumberOfPoints() == len(read_run(path).frames()[0].nodes)
+
+
+def test_shapes_take_no_option_of_logs(tmp_path: Path, say: Callable[..., Said]) -> None:
+    make_run(tmp_path / "run.h5")
+    said = say(tmp_path, "--shapes", "copy", "--locale", "de")
+    assert (said.code, said.out, said.err.count("\n")) == (2, "", 1)
+    assert "--shapes" in said.err
+    assert not list(tmp_path.glob("*.vtkhdf"))
