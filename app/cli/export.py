@@ -58,6 +58,7 @@ def export(
     from app.records.export import export_run  # noqa: PLC0415
     from app.views.tables import print_json  # noqa: PLC0415
 
+    files: tuple[Path, ...]
     if shapes is not None:
         files, kind = (_shapes(run, shapes, dialect, locale, units, out),), "shapes"
     else:

@@ -11,9 +11,22 @@ Submit a protocol, watch it, fetch what its instruments logged::
         client.log(job.id, "biotester", Path("log.csv"))
 """
 
-from app.client.answers import Event, File, Job, Page, Progress
+from app.client.answers import Curve, Event, File, Job, JobComparison, Page, Progress, Score
 from app.client.client import Client
 from app.service.address import DEFAULT_SERVER
 from app.service.errors import ServiceError, UnreachableError
 
-__all__ = ["DEFAULT_SERVER", "Client", "Event", "File", "Job", "Page", "Progress", "ServiceError", "UnreachableError"]
+__all__ = [
+    "DEFAULT_SERVER",
+    "Client",
+    "Curve",
+    "Event",
+    "File",
+    "Job",
+    "JobComparison",
+    "Page",
+    "Progress",
+    "Score",
+    "ServiceError",
+    "UnreachableError",
+]

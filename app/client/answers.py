@@ -11,7 +11,21 @@ from app.service.jobs import FINAL, Progress
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["FINAL", "Event", "File", "Job", "Page", "Progress", "file_of", "job_of", "progress_of"]
+__all__ = [
+    "FINAL",
+    "Curve",
+    "Event",
+    "File",
+    "Job",
+    "JobComparison",
+    "Page",
+    "Progress",
+    "Score",
+    "comparison_of",
+    "file_of",
+    "job_of",
+    "progress_of",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +94,64 @@ class Event:
     id: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A curve of a comparison, SI units.
+
+    Attributes
+    ----------
+    name, axis : str
+        The test, and the axis that was pulled.
+    measured : bool
+        Whether it is of the measured file.
+    part : str
+        loading or unloading; of repeats mean, low, high or repeat.
+    x, y : tuple of float
+        Its points: strain [1] and stress [Pa], or travel [m] and force [N].
+    """
+
+    name: str
+    axis: str
+    measured: bool
+    part: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """A figure of a test in a comparison, SI units; of repeats a mean with the least and the largest."""
+
+    name: str
+    axis: str
+    cycle: int
+    figure: str
+    value: float
+    unit: str
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobComparison:
+    """A measured file over the test of a job.
+
+    Attributes
+    ----------
+    across, along : str
+        What is compared over what: strain or travel, stress or force.
+    curves : tuple of Curve
+        The curves of both.
+    scores : tuple of Score
+        NRMSE, secants, loops.
+    """
+
+    across: str
+    along: str
+    curves: tuple[Curve, ...]
+    scores: tuple[Score, ...]
+
+
 def job_of(data: Mapping[str, Any]) -> Job:
     """Return the job that an answer describes."""
     return from_data(Job, data, progress=progress_of(data.get("progress") or {}))
@@ -93,3 +165,10 @@ def progress_of(data: Mapping[str, Any]) -> Progress:
 def file_of(data: Mapping[str, Any]) -> File:
     """Return the file that an answer describes."""
     return from_data(File, data)
+
+
+def comparison_of(data: Mapping[str, Any]) -> JobComparison:
+    """Return the comparison that an answer describes."""
+    curves = tuple(from_data(Curve, one, x=tuple(one["x"]), y=tuple(one["y"])) for one in data["curves"])
+    scores = tuple(from_data(Score, one) for one in data["scores"])
+    return from_data(JobComparison, data, curves=curves, scores=scores)

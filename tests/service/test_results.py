@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from app.client import Client, ServiceError
 from app.records.export import export_log
 from app.records.reader import read_run
 from app.service.api.bounds import Bounds
 from app.service.folder import JobFolder
 from app.service.jobs import Job, JobSpec
 from app.views.overlay import compare
+from rigs.analysis.alignment import Alignment
 from tests.service.serving import problem
 from tests.synthetic_run import PROTOCOL, make_run
 
@@ -59,6 +61,14 @@ def test_the_report_of_a_job_is_a_page_that_does_nothing(http: httpx.Client, don
     assert "<script" not in answer.text
 
 
+@pytest.mark.slow
+def test_the_client_fetches_a_report(address: str, done: Job, tmp_path: Path) -> None:
+    with Client(address) as client:
+        page = client.report(done.id, tmp_path / "new" / "report.html").read_text(encoding="utf-8")
+    assert page.startswith("<!doctype html>")
+    assert "loops: [2, 2]" in page
+
+
 def test_a_job_without_a_record_has_no_report_and_no_comparison(http: httpx.Client, job: Job) -> None:
     problem(http.get(f"/v1/jobs/{job.id}/report"), 409, "not-ready")
     problem(http.post(f"/v1/jobs/{job.id}/compare", content=b"a", headers=CSV), 409, "not-ready")
@@ -82,6 +92,29 @@ def test_a_file_over_a_job_has_the_scores_of_the_command(
     assert ("<b>.csv", "C", "loading") in parts
     assert ("synthetic", "W", "unloading") in parts
     assert all(len(one["x"]) == len(one["y"]) <= 2000 for one in found["curves"])
+
+
+def test_the_client_lays_a_file_over_a_job(
+    address: str, done: Job, job: Job, record: Path, log: Path, tmp_path: Path
+) -> None:
+    with Client(address) as client:
+        found = client.compare(done.id, log, axis="W", cycle=2)
+        with pytest.raises(ServiceError, match=r"gauge_length: found .*0 mm"):
+            client.compare(done.id, log, gauge_length="0 mm")
+        (tmp_path / "fabric.csv").write_text("Time [s],Load [N],Extension [mm]\n0,0,0\n1,x,1\n")
+        with pytest.raises(ServiceError, match=r"fabric\.csv, line 3: expected"):
+            client.compare(done.id, tmp_path / "fabric.csv")
+        for call in (lambda: client.compare(job.id, log), lambda: client.report(job.id, tmp_path / "none.html")):
+            with pytest.raises(ServiceError) as raised:
+                call()
+            assert (raised.value.status, raised.value.kind) == (409, "not-ready")
+    assert not (tmp_path / "none.html").exists()
+    same = compare([log, record], axis="W", alignment=Alignment(cycle=2)).scores
+    wanted = {(name, figure): value for name, _, _, figure, value, *_ in same.rows()}
+    assert {(one.name, one.figure): one.value for one in found.scores} == pytest.approx(wanted, nan_ok=True)
+    measured = next(one for one in found.curves if one.measured)
+    assert (found.across, found.along, measured.name) == ("strain", "stress", log.name)
+    assert len(measured.x) == len(measured.y) > 10
 
 
 def test_one_axis_and_another_cycle(http: httpx.Client, done: Job, log: Path) -> None:
