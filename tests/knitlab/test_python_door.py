@@ -27,9 +27,6 @@ ROWS = re.findall(r"^\| `(\w+)` \| .+ \| `(.+)` \|$", PAGE, flags=re.MULTILINE)
 EXAMPLE = re.findall(r"^>>>.*?\n(?=\n)", knitlab.__doc__ or "", flags=re.MULTILINE | re.DOTALL)[0]
 ERRORS = {name for name in knitlab.__all__ if name.endswith("Error")}
 NOT_RUN = {
-    "run",
-    "Rig",
-    "sweep",
     "calibrate",
     "design",
     "SolverError",
@@ -98,9 +95,14 @@ def test_the_examples_of_door_and_page_run(tmp_path: Path, monkeypatch: pytest.M
         files[:] = list(dict.fromkeys(calls[calls.index("app/runs/use_cases.py") :]))
         return equilibrate(work, *rest, **named)
 
-    monkeypatch.setattr("knitlab_core.equilibrium.advance.equilibrate", search)
-    names = names_of_the_example()
-    (tmp_path / "first.yaml").write_text(knitlab.to_yaml(names["test"]), encoding="utf-8")
+    with monkeypatch.context() as followed:
+        followed.setattr("knitlab_core.equilibrium.advance.equilibrate", search)
+        names = names_of_the_example()
+    first = knitlab.to_yaml(names["test"])
+    (tmp_path / "first.yaml").write_text(first, encoding="utf-8")
+    (tmp_path / "head.yaml").write_text(first.partition("steps:")[0] + "steps: []\n", encoding="utf-8")
+    rate = "params: {l: 8 mm}\nsweep: {l: [8 mm]}\n"
+    (tmp_path / "sweep.yaml").write_text(rate + first.replace("loop: 8 mm", "loop: ${l}"), encoding="utf-8")
     names["Path"] = Path
     for name, example in ROWS:
         code = compile(example, f"docs/python.md: {name}", "eval")
@@ -116,6 +118,7 @@ def test_the_examples_of_door_and_page_run(tmp_path: Path, monkeypatch: pytest.M
     # session.py hands out the iterator of path.py, and so is no frame of the stack.
     assert files == [file for file in way_of_a_run() if file != "rigs/control/session.py"]
     assert names["kl"].load("first.yaml").protocol == names["test"]
+    run_further_blocks(names)
 
 
 def way_of_a_run() -> list[str]:
@@ -136,6 +139,16 @@ def names_of_the_example() -> dict[str, Any]:
     example = doctest.DocTestParser().get_doctest(knitlab.__doc__ or "", names, "knitlab", knitlab.__file__, 0)
     assert doctest.DocTestRunner().run(example, clear_globs=False).failed == 0
     return example.globs
+
+
+def run_further_blocks(names: dict[str, Any]) -> None:
+    """Run the sessions of the page after its first, in their order."""
+    _, *blocks = re.findall(r"^```pycon\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 2
+    for number, block in enumerate(blocks, start=2):
+        example = doctest.DocTestParser().get_doctest(block, names, f"docs/python.md {number}", "docs/python.md", 0)
+        assert doctest.DocTestRunner().run(example, clear_globs=False).failed == 0
+        names = example.globs
 
 
 STRANGERS = {
