@@ -27,12 +27,14 @@ Examples:
   knitlab compare examples/fabric/measured/course.csv --leave-out 1
   knitlab compare runs/course fabric.csv --axis C --slack 50mN --out course.png
   knitlab compare runs/course Specimen_RawData_*.csv --repeats --axis C
-  knitlab compare runs/a runs/b --cycle 2 --table scores.csv"""
+  knitlab compare runs/a runs/b --cycle 2 --table scores.csv
+  knitlab compare tests.yaml"""
 
 
 def compare(  # noqa: PLR0913 (each is an option)
     sources: Annotated[
-        list[Path], typer.Argument(metavar="RUN|FILE...", help="Run folders, and files of instruments.")
+        list[Path],
+        typer.Argument(metavar="RUN|FILE...", help="Run folders, files of instruments, and YAML files that list them."),
     ],
     *,
     out: Annotated[Path, typer.Option(help="File of the figure.", dir_okay=False)] = Path("comparison.png"),

@@ -81,7 +81,7 @@ def compare(
     Parameters
     ----------
     sources : Path, str, Run, RunReader, Sweep, or a list of them
-        Run folders, files of instruments, results of `run` and `sweep`.
+        Run folders, files of instruments, YAML files that list them, results of `run` and `sweep`.
     out : Path, str or None
         File of the figure; None for none.
     mapping : Path, FileMapping or None

@@ -14,6 +14,7 @@ from app.records.analysis import is_run, read_file
 from app.records.folder import RECORD
 from app.records.measurements import cycled, whole_test, zeroings_of
 from app.records.reader import read_run
+from app.schemas.listings import listed
 from app.views.curves import force_unit, stress_unit
 from app.views.labels import shortened
 from app.views.plots import NAMES, framed, quantity_of, write_figure
@@ -76,7 +77,7 @@ def compare(
     Parameters
     ----------
     sources : sequence of Path or str
-        Run folders, and files of instruments.
+        Run folders, files of instruments, and YAML files that list them (`app.schemas.listings`).
     out : Path, str or None
         File of the figure; None for none.
     mapping : Path, FileMapping or None
@@ -117,7 +118,7 @@ def groups_of(
         raise SpecificationError("sources", 0, "a run or a measured file, or several")
     found: list[tuple[str, list[Group]]] = []
     measured: list[Path] = []
-    for source in map(Path, sources):
+    for source in (one for each in sources for one in listed(Path(each))):
         if is_run(source):
             folder = source.parent if source.name == RECORD else source
             found.append((folder.name, run_groups(source, how)))

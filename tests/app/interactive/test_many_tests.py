@@ -77,8 +77,6 @@ def test_protocols_of_any_kind_are_the_points_of_a_list(tmp_path: Path) -> None:
     swept = kl.sweep(several, tmp_path / "out", draw=None)
     assert [one.point.label for one in swept.points] == ["test", "test-2", "test-3", "held"]
     assert {one.outcome for one in swept.points} == {"target"}
-    again = kl.sweep(several, tmp_path / "out", draw=None)
-    assert all(one.skipped for one in again.points)
     for wrong, words in (([], "0 protocols"), ([PROTOCOL, {**PROTOCOL, "rig": "hook"}], "rig: found 'hook'")):
         with pytest.raises(kl.SpecificationError, match=words):
             kl.sweep(wrong, tmp_path / "wrong", draw=None)
@@ -125,3 +123,28 @@ def test_a_calibration_of_data_shows_its_estimates(swept: kl.Sweep, tmp_path: Pa
     assert "estimate" in shown
     assert "data:image/png;base64," in shown
     assert repr(found).startswith("Calibration(l=8.4")
+
+
+def test_a_file_may_list_the_tests(swept: kl.Sweep, tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "runs").symlink_to(swept.folder)
+    file = tmp_path / "sub" / "tests.yaml"
+    file.write_text('schema: knitlab/tests@1\ntests: ["../runs/l=8_mm", "../runs/l=8.4_mm"]\n', encoding="utf-8")
+    assert kl.compare(file).table.equals(kl.compare(swept).table)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("schema: knitlab/tests@1\ntests: [none.csv]\n", "2:9: tests.0: found 'none.csv', allowed a run folder or"),
+        ("schema: knitlab/tests@1\ntest: [a.csv]\n", "2:1: test: found an unknown field, allowed schema, tests"),
+        ("schema: knitlab/tests@1\ntests: none.csv\n", "2:8: tests: found 'none.csv', allowed a list of run folders"),
+        ("schema: knitlab/design@1\n", "1:9: schema: found 'knitlab/design@1', allowed knitlab/tests@1"),
+        ("- a\n", "1:1: schema: found nothing, allowed knitlab/tests@1"),
+    ],
+)
+def test_a_list_with_a_mistake_is_named_with_its_place(text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "tests.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(kl.ProtocolError) as raised:
+        kl.compare(tmp_path / "tests.yaml")
+    assert str(raised.value).startswith(f"{tmp_path / 'tests.yaml'}:{said}")
