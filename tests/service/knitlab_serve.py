@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 ROOT: Final = Path(__file__).parents[2]
 #: A real test of few rows, with noise.
@@ -52,9 +52,11 @@ def knitlab(*words: object, folder: Path, **more: str) -> subprocess.CompletedPr
 
 
 @contextmanager
-def serving(folder: Path, *words: object, **more: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Lend the address and the process of a service whose data are in a folder."""
-    command = [*_KNITLAB, "serve", "--port", "0", "--data", str(folder), *map(str, words)]
+def serving(
+    folder: Path, *words: object, within: Sequence[str] = (), **more: str
+) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Lend the address and the process of a service whose data are in a folder; `within` starts its command."""
+    command = [*within, *_KNITLAB, "serve", "--port", "0", "--data", str(folder), *map(str, words)]
     service = subprocess.Popen(  # noqa: S603 (our own program)
         command, cwd=ROOT, env=environment(**more), stderr=subprocess.PIPE, text=True
     )
