@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, Final
 
 from rich.table import Table
@@ -12,6 +12,7 @@ from app.schemas.defaults import shown_defaults
 from app.views.tables import console_of, print_facts, specimen_data
 from rigs.analysis.material_limits import limits_of
 from rigs.axes import FACE
+from rigs.protocol.targets import Bound
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -157,8 +158,14 @@ def _what(stroke: Stroke) -> str:
 def _until(step: Planned) -> str:
     """Return the conditions that end a step early."""
     units = {"force": " N", "displacement": " m", "time": " s"}
-    ends = {} if step.leaf.step.until is None else asdict(step.leaf.step.until)
-    return ", ".join(f"{name} {value:g}{units.get(name, '')}" for name, value in ends.items() if value is not None)
+    until = step.leaf.step.until
+    ends = {} if until is None else {one.name: getattr(until, one.name) for one in fields(until)}
+    return ", ".join(f"{name} {_level(end)}{units.get(name, '')}" for name, end in ends.items() if end is not None)
+
+
+def _level(end: float | Bound) -> str:
+    """Return a level, with its side where that was said."""
+    return f"{end.side} {end.value:g}" if isinstance(end, Bound) else f"{end:g}"
 
 
 def _way(stroke: Stroke, axis: Axis, length: float) -> str:

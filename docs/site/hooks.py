@@ -72,7 +72,8 @@ def _beyond(uri: str, link: str) -> Path | None:
     if ":" in link or link.startswith("/"):
         return None
     path = Path(os.path.normpath(ROOT / "docs" / Path(uri).parent / link))
-    if path.is_relative_to(ROOT / "docs") or not path.is_relative_to(ROOT) or not path.exists():
+    own = path.is_relative_to(ROOT / "docs") and not path.is_relative_to(ROOT / "docs" / "site")
+    if own or not path.is_relative_to(ROOT) or not path.exists():
         return None
     return path.relative_to(ROOT)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import typer
 
@@ -13,13 +12,34 @@ import knitlab as kl
 from app import schemas
 from app.cli.main import knitlab
 from app.schemas import materials
+from docs.site.worked import Worked, block, parts_of, shown, worked
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+_KEYS: Final = {
+    "CycleLogModel": "log",
+    "StepLogModel": "log",
+    "StitchModel": "knit",
+    "VolumetricStitchModel": "knit",
+    "FilamentModel": "knit",
+    "CentrelineModel": "knit",
+    "MeasuredYarnModel": "yarn",
+    "MaterialModel": "my-resin",
+    "SourcedYarnModel": "my-wool",
+    "SourcedCompressionModel": "compression",
+    "CurveModel": "yield_curve",
+    "TargetModel": "to",
+    "StressValue": "young_modulus",
+    "NumberValue": "poisson_ratio",
+    "StrainValue": "elongation_at_break",
+    "BendingValue": "bending",
+    "AxialValue": "axial",
+    "LengthValue": "radius",
+    "FrictionValue": "friction",
+    "DensityValue": "density",
+}
+"""Words under which files have parts of other names."""
 
-ROOT: Final = Path(__file__).parents[2]
-
-_EXAMPLES: Final = tuple(sorted((ROOT / "examples").glob("*.yaml")))
+_LISTED: Final = {"TermModel": "terms", "PointModel": "points"}
+"""The same of parts that are in a list."""
 
 
 def pages() -> dict[str, str]:
@@ -34,22 +54,24 @@ def pages() -> dict[str, str]:
 
 def _schema_page(kind: str) -> str:
     schema = materials.json_schema() if kind == "material" else schemas.json_schema()
-    parts = schema.get("$defs", {})
-    made_from = f"Made from the schema that `knitlab schema --kind {kind}` prints and by which files are read."
-    found = [f"# {kind.capitalize()} file\n\n{made_from}\n", f"## The file\n\n{_table(schema)}"]
-    for name, part in _in_order(parts):
-        found.append(f"## {_title(name)}\n\n{_purpose(part)}\n\n{_table(part)}")
-        if name.endswith("Model") and (example := _example(name.removesuffix("Model"))):
-            found.append(f"For example, from `{example[0]}`:\n\n```yaml\n{example[1]}\n```\n")
+    known = worked()
+    whole = "MaterialsModel" if kind == "material" else "ProtocolModel"
+    made_from = (
+        f"Made from the schema that `knitlab schema --kind {kind}` prints and by which files are read. "
+        "Every example is from a file that is read whenever the site is built."
+    )
+    found = [f"# {kind.capitalize()} file\n\n{made_from}\n", f"## The file\n\n{_table(whole, schema, known)}"]
+    for name, part in parts_of(schema):
+        found.append(f"## {_title(name)}\n\n{_purpose(part)}\n\n{_table(name, part, known)}")
+        found.append(_example(name, *known.wholes[name]))
     return "\n".join(found)
 
 
-def _in_order(parts: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the parts that have fields; the wrappers of steps have but one, their name."""
-    for name, part in sorted(parts.items()):
-        if name.endswith("Step") or not any("properties" in one for one in [part, *part.get("anyOf", [])]):
-            continue
-        yield name, part
+def _example(name: str, data: Any, path: str) -> str:  # noqa: ANN401 (what YAML holds)
+    """Return a step or part as a file has it: of steps under their name, of others under the word where they are."""
+    key = _LISTED.get(name) or _KEYS.get(name) or _title(name).lower().replace(" ", "_")
+    text = block(key, [data] if name in _LISTED else data)
+    return f"For example, from [`{path}`](../../{path}):\n\n```yaml\n{text}\n```\n"
 
 
 def _title(name: str) -> str:
@@ -61,15 +83,19 @@ def _purpose(part: dict[str, Any]) -> str:
     return str(part.get("description", "")).strip()
 
 
-def _table(part: dict[str, Any]) -> str:
-    part = next(one for one in [part, *part.get("anyOf", [])] if "properties" in one)
-    rows = ["| field | what it is | default |", "|---|---|---|"]
-    needed = part.get("required", [])
+def _table(name: str, part: dict[str, Any], known: Worked) -> str:
+    """Return the fields of a part: what each is, an example, and its default."""
+    rows = ["| field | what it is | example | default |", "|---|---|---|---|"]
+    needed, long = part.get("required", []), []
     for field, value in part["properties"].items():
         what = str(value.get("description", value.get("const", ""))).replace("|", "\\|").replace("\n", " ")
         default = "must be said" if field in needed else _default(value.get("default"))
-        rows.append(f"| `{field}` | {what} {_links(value)} | {default} |")
-    return "\n".join(rows) + "\n"
+        line = shown(known.fields[name, field])
+        if line is None:
+            long.append(f"```yaml\n{block(field, known.fields[name, field])}\n```\n")
+        example = "below" if line is None else f"`{line}`".replace("|", "\\|")
+        rows.append(f"| `{field}` | {what}{_links(value)} | {example} | {default} |")
+    return "\n".join([*rows, "", *long])
 
 
 def _default(value: Any) -> str:  # noqa: ANN401 (what JSON holds)
@@ -83,17 +109,8 @@ def _default(value: Any) -> str:  # noqa: ANN401 (what JSON holds)
 def _links(value: Any) -> str:  # noqa: ANN401
     """Return links to the parts that a field may be."""
     names = sorted(set(re.findall(r"#/\$defs/(\w+)", str(value))))
-    shown = [_title(name) for name in names if not name.endswith("Step")]
-    return "".join(f" ([{one.lower()}](#{one.lower().replace(' ', '-')}))" for one in shown)
-
-
-def _example(name: str) -> tuple[str, str] | None:
-    """Return where a step or part stands in an example, and its line there."""
-    key = re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
-    for path in _EXAMPLES:
-        if match := re.search(rf"^ *(?:- )?{key}: .*$", path.read_text(encoding="utf-8"), re.MULTILINE):
-            return f"examples/{path.name}", match[0].strip()
-    return None
+    titles = [_title(name) for name in names if not name.endswith("Step")]
+    return "".join(f" ([{one.lower()}](#{one.lower().replace(' ', '-')}))" for one in titles)
 
 
 def _commands() -> str:

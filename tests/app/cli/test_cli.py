@@ -170,6 +170,14 @@ def test_check_prints_the_plan_of_the_main_job(say: Callable[..., Said]) -> None
     assert "assumed" in said.out
 
 
+def test_check_prints_levels_with_their_sides(say: Callable[..., Said], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "240")
+    said = say("check", Path(__file__).parents[3] / "docs" / "site" / "examples" / "steps.yaml")
+    assert (said.code, said.err) == (0, "")
+    for words in ("until force > 2 N", "until strain > 0.2", "until force 1 N", "until drop 0.6"):
+        assert words in " ".join(said.out.split())
+
+
 def test_check_as_json_is_in_si(say: Callable[..., Said]) -> None:
     said = say("check", MAIN_JOB, "--json")
     plan = json.loads(said.out)

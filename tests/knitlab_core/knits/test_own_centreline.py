@@ -118,3 +118,17 @@ def test_strands_that_overlap_are_named_by_their_points() -> None:
     _, own = traced(8)
     with pytest.raises(GeometryError, match=r"specimen.knit: found .yarns .* apart at points \d+ to \d+"):
         knit_specimen(replace(own, fibre_radius=0.13), rows=2, loops=2, loop_width=1.0, nodes_per_loop=15)
+
+
+def test_a_yarn_that_nowhere_comes_back_to_itself_can_be_mounted() -> None:
+    x = np.linspace(-1.0, 1.0, 17)
+    points = tuple(zip(x.tolist(), (0.19 * np.sin(2.0 * np.pi * x)).tolist(), (0.0 * x).tolist(), strict=True))
+    wave = OwnCentreline(points=points, sites=((0, "course-"), (16, "course+")), fibre_radius=0.05)
+    found = knit_specimen(wave, rows=1, loops=1, loop_width=1.0, nodes_per_loop=16)
+    s = np.linspace(0.0, found.centreline.length, 3000)
+    half_turn = np.pi / np.linalg.norm(found.centreline.curvature(s), axis=-1).max()
+    points_at = found.centreline.position(s)
+    apart = np.linalg.norm(points_at[:, None] - points_at[None], axis=-1)
+    least = apart[s[None] - s[:, None] >= half_turn].min()
+    # Beyond half a turn of its tightest bend the yarn only leaves itself; samples are an eighth of that bend apart.
+    assert least - 1e-9 <= found.clearance + 2.0 * 0.05 <= least * 1.2
