@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import fields
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any, Final
 
 import typer
@@ -13,6 +16,22 @@ from app import schemas
 from app.cli.main import knitlab
 from app.schemas import materials
 from docs.site.worked import Worked, block, parts_of, shown, worked
+from rigs import analysis
+
+_CATALOGUE: Final = """\
+# Materials: catalogue
+
+What a protocol may name under `material` without a file of its own; `knitlab materials` prints the same. *assumed*
+marks a choice that rests on no measurement of this material. Others come from a [materials file](material.md).
+"""
+
+_FORMULAS: Final = """\
+# Figures and their formulas
+
+The functions that compute figures from the rows of a test, be they equilibria of a run or lines of an instrument's
+file; made from their docstrings. [Analysis](../analysis.md) says which table has which figure. Strain is travel by
+gauge length, stress is force by initial section, energy densities are by initial volume.
+"""
 
 _KEYS: Final = {
     "CycleLogModel": "log",
@@ -47,6 +66,8 @@ def pages() -> dict[str, str]:
     return {
         "reference/protocol.md": _schema_page("protocol"),
         "reference/material.md": _schema_page("material"),
+        "reference/materials.md": _catalogue(),
+        "reference/figures.md": _formulas(),
         "reference/command_line.md": _commands(),
         "reference/python.md": _names(),
     }
@@ -111,6 +132,45 @@ def _links(value: Any) -> str:  # noqa: ANN401
     names = sorted(set(re.findall(r"#/\$defs/(\w+)", str(value))))
     titles = [_title(name) for name in names if not name.endswith("Step")]
     return "".join(f" ([{one.lower()}](#{one.lower().replace(' ', '-')}))" for one in titles)
+
+
+def _catalogue() -> str:
+    """Return the materials that a protocol may name without a file, with the source of every number."""
+    found = [_CATALOGUE]
+    for name, one in kl.materials().items():
+        found.append(f"## {name}\n\n{getattr(one, 'note', '')}\n\n| number | value | source |\n|---|---|---|")
+        for each in fields(one):
+            values = getattr(one, each.name)
+            if isinstance(values, kl.Value | tuple):
+                rows = [values] if isinstance(values, kl.Value) else values
+                found += [_number(each.name, row) for row in rows]
+        found.append("")
+    return "\n".join(found)
+
+
+def _number(name: str, row: Any) -> str:  # noqa: ANN401 (a value, or a term of several)
+    """Return a number of a material, or a term of its numbers, with the source."""
+    parts = {"": row} if isinstance(row, kl.Value) else {one.name: getattr(row, one.name) for one in fields(row)}
+    said = ", ".join(f"{part} {value.value:g} {value.unit}".strip() for part, value in parts.items())
+    first = next(iter(parts.values()))
+    source = f"{'assumed: ' if first.assumed else ''}{first.source}".replace("|", "\\|")
+    return f"| {name.replace('_', ' ')} | {said} | {source} |"
+
+
+def _formulas() -> str:
+    """Return what computes each figure, from the docstrings of the analysis."""
+    found = [_FORMULAS]
+    for module in sorted(iter_modules(analysis.__path__), key=lambda one: one.name):
+        home = import_module(f"rigs.analysis.{module.name}")
+        first, _, rest = (inspect.getdoc(home) or "").partition("\n")
+        found.append(f"## {module.name.replace('_', ' ').capitalize()}\n\n{first}\n")
+        if "References" in rest:
+            found.append(f"```text\n{rest.strip()}\n```\n")
+        for name, thing in vars(home).items():
+            if inspect.isfunction(thing) and thing.__module__ == home.__name__ and not name.startswith("_"):
+                words = f"{name}{inspect.signature(thing)}\n\n{inspect.getdoc(thing)}".replace("'", "")
+                found.append(f"### {name}\n\n```text\n{words}\n```\n")
+    return "\n".join(found)
 
 
 def _commands() -> str:
