@@ -37,8 +37,8 @@ docs: .venv/installed-dev  ## Build the site of the documentation into build/doc
 installed: .venv/bin/python  ## Build the wheel, install it apart and use it outside the sources.
 	tests/installed/run.sh $(BIN)/python
 
-validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included.
-	$(BIN)/pytest tests/validation -m "" --quiet $(TESTS)
+validate: .venv/installed-dev  ## Print bar and figure of every validation, slow ones included; keep them in docs/validation.md.
+	$(BIN)/pytest tests/validation -m "" --quiet --bars docs/validation.json $(TESTS)
 
 scoreboard: .venv/installed  ## Score the claims of the paper in quick mode, some minutes.
 	$(BIN)/knitlab scoreboard --quick --jobs 2

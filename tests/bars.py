@@ -36,7 +36,7 @@ magnitude, and the bar's source. A row that misses its bar is kept in the table,
 write this page and [`validation.json`](validation.json), nobody by hand:
 
 ```
-make validate                                        # all tests, slow ones too (hours)
+make validate                                        # all tests, slow ones too
 pytest tests/validation --bars docs/validation.json  # the quick ones
 ```
 
@@ -169,7 +169,8 @@ def _led(reason: str) -> str:
 
 def _title(path: Path) -> str:
     """Return the first line of a file's docstring, or its name."""
-    doc = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.stem
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    doc = ast.get_docstring(ast.parse(text)) or path.stem
     return doc.splitlines()[0].rstrip(".:")
 
 

@@ -151,7 +151,9 @@ def _catalogue() -> str:
 def _number(name: str, row: Any) -> str:  # noqa: ANN401 (a value, or a term of several)
     """Return a number of a material, or a term of its numbers, with the source."""
     parts = {"": row} if isinstance(row, kl.Value) else {one.name: getattr(row, one.name) for one in fields(row)}
-    said = ", ".join(f"{part} {value.value:g} {value.unit}".strip() for part, value in parts.items())
+    said = ", ".join(
+        f"{part} {value.value:g} {'' if value.unit == '1' else value.unit}".strip() for part, value in parts.items()
+    )
     first = next(iter(parts.values()))
     source = f"{'assumed: ' if first.assumed else ''}{first.source}".replace("|", "\\|")
     return f"| {name.replace('_', ' ')} | {said} | {source} |"
@@ -168,7 +170,7 @@ def _formulas() -> str:
             found.append(f"```text\n{rest.strip()}\n```\n")
         for name, thing in vars(home).items():
             if inspect.isfunction(thing) and thing.__module__ == home.__name__ and not name.startswith("_"):
-                words = f"{name}{inspect.signature(thing)}\n\n{inspect.getdoc(thing)}".replace("'", "")
+                words = f"{name}{str(inspect.signature(thing)).replace(chr(39), '')}\n\n{inspect.getdoc(thing)}"
                 found.append(f"### {name}\n\n```text\n{words}\n```\n")
     return "\n".join(found)
 

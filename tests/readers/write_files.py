@@ -1,7 +1,7 @@
 """Run tiny tests and write their logs in every dialect: ``python -m tests.readers.write_files FOLDER``.
 
-Every test has a folder with its ``run.h5``, its images if it took any and, under ``en`` and ``de``, its logs in two
-locales.
+Every test has a folder with its ``run.h5``, the same as ``NAME.vtkhdf``, its images if it took any and, under ``en``
+and ``de``, its logs in two locales.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from app.records.export import export_log
+from app.records.export_shapes import export_shapes
 from app.records.reader import RunReader
 from app.runs.use_cases import run_protocol
 from app.schemas import loads
@@ -100,6 +101,7 @@ def write_files(folder: Path) -> None:
     """Fill the folder."""
     for text in (STAGE, FRAME, TRIAXIAL, INDENTER, SHEARED):
         record = run(text, folder)
+        export_shapes(record.path.parent, "copy")
         for dialect, log in LOGS.items():
             if set(log.machines) <= set(record.samples):
                 for locale in LOCALES if log.dialect.delimiter == "," else ["en"]:

@@ -1,3 +1,5 @@
+"""Surfaces, gaps and slices of a printed knit, against those of the yarn that they stand for."""
+
 from __future__ import annotations
 
 import math
