@@ -131,7 +131,11 @@ def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
     if isinstance(source, Protocol | Loaded):
         if chosen:
             raise SpecificationError("chosen", ", ".join(chosen), "no values: only a text has parameters")
-        return source if isinstance(source, Loaded) else loads(to_yaml(source), f"<{source.name}>")
+        if isinstance(source, Protocol):
+            return loads(to_yaml(source), f"<{source.name}>")
+        # It may come from another process, which had them.
+        load_extensions()
+        return source
     if isinstance(source, Mapping) or (isinstance(source, str) and "\n" in source):
         text, name = (source, "<text>") if isinstance(source, str) else (text_of(source), "<data>")
         return _loaded(parse_text(text, name), _UNNAMED, lambda file: _given(file, ""), chosen or {})
