@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path  # noqa: TC003 (typer reads the annotations)
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal, TypeAlias
 
 import typer
 
 from app.cli.terminal import AsJson  # noqa: TC001 (typer reads the annotations)
-from app.records.export_shapes import Kind  # noqa: TC001 (typer reads the annotations)
+
+Kind: TypeAlias = Literal["link", "copy"]
 
 EXPORT_HELP: Final = """\b
 Dialects:
