@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PROTOCOL: dict[str, Any] = {
     "schema": "knitlab/protocol@1",
     "rig": "biaxial-hook",
-    "params": {"l": "8 mm", "far": "4 %"},
+    "params": {"l": "8 mm", "far": "2.5 %"},
     "specimen": {
         "knit": "stockinette-default",
         "loops": [2, 2],
@@ -107,7 +107,7 @@ def test_runs_records_and_sweeps_are_compared(swept: kl.Sweep, tmp_path: Path) -
 def test_a_calibration_of_data_shows_its_estimates(swept: kl.Sweep, tmp_path: Path) -> None:
     told: list[float] = []
     found = kl.calibrate(
-        {**PROTOCOL, "params": {"l": "8.4 mm", "far": "4 %"}},
+        {**PROTOCOL, "params": {"l": "8.4 mm", "far": "2.5 %"}},
         swept["l=8.4_mm"],
         {"l": ("7.5 mm", "9 mm")},
         tmp_path / "fit",
