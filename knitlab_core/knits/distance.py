@@ -110,12 +110,17 @@ def _candidates(points: FloatArray, s: FloatArray, apart: float) -> IndexArray:
 
 
 def _lowest_of_neighbours(points: FloatArray, pairs: IndexArray) -> IndexArray:
-    """Keep the pairs (k, 2) that are no farther apart than the eight pairs of samples around them."""
+    """Keep the pairs (k, 2) that are no farther apart than the eight pairs of samples around them.
+
+    Of a wave, whose strands are nearest where least yarn is between them, that is none: the nearest pair is kept.
+    """
     own = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=-1)
     lowest = np.ones(own.size, dtype=np.bool_)
     for shift in itertools.product((-1, 0, 1), repeat=2):
         near = np.clip(pairs + shift, 0, len(points) - 1)
         lowest &= own <= np.linalg.norm(points[near[:, 0]] - points[near[:, 1]], axis=-1) + _TIE
+    if not lowest.any():
+        lowest[np.argmin(own)] = True
     return pairs[lowest]
 
 

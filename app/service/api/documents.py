@@ -53,6 +53,12 @@ _ENVELOPE: Final = {
         "protocol": {"anyOf": [{"type": "string", "description": "the protocol's YAML"}, _REF]},
         "name": {"type": "string", "description": "name of a protocol that gives itself none"},
         "materials": {"type": "string", "description": "the YAML of the file that it names under `materials`"},
+        "files": {
+            "type": "object",
+            "description": "texts of the CSV files that it names, by their names: a centreline, tables",
+            "maxProperties": 16,
+            "additionalProperties": {"type": "string"},
+        },
     },
 }
 

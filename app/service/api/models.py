@@ -18,6 +18,7 @@ class Place(Answer):
     pointer: str | None = Field(default=None, description="JSON pointer (RFC 6901) into the protocol")
     line: int | None = Field(default=None, description="line of the YAML text, from 1")
     column: int | None = Field(default=None, description="column of the YAML text, from 1")
+    file: str | None = Field(default=None, description="name of the file beside the protocol that it is in")
     parameter: str | None = Field(default=None, description="name of the parameter of the request")
     bound: int | None = Field(default=None, description="the bound that was passed")
 

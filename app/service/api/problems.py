@@ -116,13 +116,24 @@ def pointer_of(field: str) -> str:
     return "".join(f"/{part}" for part in parts)
 
 
-def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
-    """Return the problem of a protocol: JSON pointers, and lines and columns where the user wrote text (`lined`)."""
-    every = [error, *error.more]
-    detail = _detail(error)
-    if lined and isinstance(error, ProtocolError):
-        detail = f"line {error.spot.line}, column {error.spot.column}: {detail}"
-    return ProblemError("invalid-protocol", detail, errors=[_place(one, lined=lined) for one in every[:MOST_MISTAKES]])
+def refused(error: SpecificationError, *, lined: bool, path: str = "") -> ProblemError:
+    """Return the problem of a protocol: JSON pointers, and lines and columns where the user wrote text.
+
+    Parameters
+    ----------
+    error : SpecificationError
+        What is wrong.
+    lined : bool
+        Whether lines and columns of the protocol's text are the user's own.
+    path : str
+        Name in place of its file; a mistake in another file is told with the name of that.
+    """
+    places = [_place(one, lined=lined, path=path) for one in [error, *error.more][:MOST_MISTAKES]]
+    first, detail = places[0], _detail(error)
+    if "line" in first:
+        spot = f"line {first['line']}, column {first['column']}"
+        detail = f"{first['file']}, {spot}: {detail}" if "file" in first else f"{spot}: {detail}"
+    return ProblemError("invalid-protocol", detail, errors=places)
 
 
 def _detail(error: SpecificationError) -> str:
@@ -130,12 +141,13 @@ def _detail(error: SpecificationError) -> str:
     return _one_line(f"{error.field or 'protocol'}: found {error.found}, allowed {error.expected}")
 
 
-def _place(error: SpecificationError, *, lined: bool) -> dict[str, object]:
+def _place(error: SpecificationError, *, lined: bool, path: str) -> dict[str, object]:
     """Return what is wrong, and where."""
     place: dict[str, object] = {"detail": _detail(error), "pointer": pointer_of(error.field)}
-    if lined and isinstance(error, ProtocolError):
+    beside = isinstance(error, ProtocolError) and path not in ("", error.path)
+    if isinstance(error, ProtocolError) and (lined or beside):
         place |= {"line": error.spot.line, "column": error.spot.column}
-    return place
+    return {**place, "file": error.path} if isinstance(error, ProtocolError) and beside else place
 
 
 def problem_response(

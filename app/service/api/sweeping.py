@@ -113,8 +113,9 @@ def _listed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
             within=within, protocol=f"{within}/protocol" if enveloped else within, which=within, lined=sent.lined
         )
         with _placed(place):
-            loaded = loads_document(parse_text(sent.text, PATH), name=sent.name, materials=sent.materials)
-        yield _Wanted(loaded=loaded, materials=sent.materials, place=place)
+            document = parse_text(sent.text, PATH)
+            loaded = loads_document(document, name=sent.name, materials=sent.materials, files=sent.files)
+        yield _Wanted(loaded=loaded, materials=loaded.beside(sent.materials), place=place)
 
 
 def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
@@ -142,8 +143,8 @@ def _crossed(data: Mapping[str, Any], bounds: Bounds) -> Iterator[_Wanted]:
         with _placed(place):
             # Places of the text that was sent, values of this job.
             made = replace(document, text=written(one), data=one)
-            loaded = loads_document(made, name=name, materials=sent.materials)
-        yield _Wanted(loaded=loaded, materials=sent.materials, place=place)
+            loaded = loads_document(made, name=name, materials=sent.materials, files=sent.files)
+        yield _Wanted(loaded=loaded, materials=loaded.beside(sent.materials), place=place)
 
 
 def _data_of(document: Document) -> dict[str, Any]:
@@ -183,11 +184,17 @@ def _placed(place: _Place) -> Iterator[None]:
     try:
         yield
     except SpecificationError as error:
-        beside = isinstance(error, ProtocolError) and error.path != PATH
-        pointer = f"{place.within}/materials" if beside else place.protocol
-        raise _within(refused(error, lined=place.lined or beside), pointer, place.which) from error
+        within = [_beside(error.path)] if isinstance(error, ProtocolError) and error.path != PATH else []
+        pointer = "/".join([place.within, *within]) if within else place.protocol
+        raise _within(refused(error, lined=place.lined, path=PATH), pointer, place.which) from error
     except ProblemError as error:
         raise _within(error, place.protocol, place.which) from error
+
+
+def _beside(path: str) -> str:
+    """Return the pointer below an envelope of a file that is not the protocol."""
+    name = path.replace("~", "~0").replace("/", "~1")
+    return f"files/{name}" if path.endswith(".csv") else "materials"
 
 
 def _within(error: ProblemError, pointer: str, which: str) -> ProblemError:

@@ -23,8 +23,8 @@ from app.service.jobs import Job, JobSpec, State
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
-def _name_of(loaded: Loaded, bounds: Bounds) -> str:
-    """Return the name of a protocol, after a check that it can be run.
+def _runnable(loaded: Loaded, bounds: Bounds) -> Loaded:
+    """Return a protocol, after a check that it can be run.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def _name_of(loaded: Loaded, bounds: Bounds) -> str:
         For one that is not valid, or whose log would be too long.
     """
     check_rows(count_rows(loaded), bounds)
-    return loaded.protocol.name
+    return loaded
 
 
 @router.post(
@@ -47,8 +47,11 @@ def _name_of(loaded: Loaded, bounds: Bounds) -> str:
 )
 async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, key: Key = None) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
-    name = await look(here, sent, _name_of)
-    spec = JobSpec(name=name, protocol=sent.text, materials=sent.materials, **asked.model_dump())
+    loaded = await look(here, sent, _runnable)
+    # What files beside it say is written into the protocol, which then needs none; any other stays verbatim.
+    spec = JobSpec(
+        name=loaded.protocol.name, protocol=loaded.text, materials=loaded.beside(sent.materials), **asked.model_dump()
+    )
     job = await run_sync(lambda: here.store.submit(spec, key=key))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)
