@@ -66,7 +66,11 @@ def _table(part: dict[str, Any]) -> str:
     rows = ["| field | what it is | default |", "|---|---|---|"]
     needed = part.get("required", [])
     for field, value in part["properties"].items():
-        what = str(value.get("description", value.get("const", ""))).replace("|", "\\|").replace("\n", " ")
+        title = value.get("title")
+        said = ": ".join(
+            filter(None, [title if title != field else None, value.get("description", value.get("const"))])
+        )
+        what = said.replace("|", "\\|").replace("\n", " ")
         default = "must be said" if field in needed else _default(value.get("default"))
         rows.append(f"| `{field}` | {what} {_links(value)} | {default} |")
     return "\n".join(rows) + "\n"
