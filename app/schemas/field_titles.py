@@ -91,7 +91,7 @@ TITLES: Final[Mapping[str, str]] = MappingProxyType(
         "wale": "pair of stitches along the wale",
         "pile": "pair of stitches along the pile",
         # steps
-        "axes": "axes that the step is about",
+        "axes": "axes that the step drives or holds",
         "rate": "rate of the step, or of the samples",
         "control": "what the machine follows",
         "until": "what ends the step early",

@@ -60,10 +60,11 @@ export const post = async (path) => (await ask(path, { method: "POST" })).json()
 
 export const remove = (path) => ask(path, { method: "DELETE" });
 
-/** Send a protocol's text, and that of its materials file where there is one. */
-export function sendProtocol(path, { protocol, materials }, { headers = {}, signal } = {}) {
-  const [kind, body] = materials.trim()
-    ? ["application/json", JSON.stringify({ protocol, materials })]
+/** Send a protocol's text, and those of its materials file and of other files where there are any. */
+export function sendProtocol(path, { protocol, materials, files = {} }, { headers = {}, signal } = {}) {
+  const beside = { ...(materials.trim() && { materials }), ...(Object.keys(files).length && { files }) };
+  const [kind, body] = Object.keys(beside).length
+    ? ["application/json", JSON.stringify({ protocol, ...beside })]
     : ["application/yaml", protocol];
   return ask(path, { method: "POST", body, signal, headers: { "Content-Type": kind, ...headers } });
 }

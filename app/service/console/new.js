@@ -1,42 +1,52 @@
-// Edit a protocol and its materials, checked by the service as one types, and submit them.
+// Edit a protocol, its materials and files, checked by the service as one types, and submit them.
 import { Problem, Unreachable, ask, report, sendProtocol } from "./api.js";
+import { Beside } from "./beside.js";
 import { entitle, h, put, tell } from "./dom.js";
 import { Editor } from "./editor.js";
+import { Library } from "./library.js";
+import { keysUnder } from "./place.js";
 import { Plan } from "./plan.js";
+import { Schemas } from "./schemas.js";
 
 const DRAFTS = { protocol: "knitlab-draft", materials: "knitlab-draft-materials" };
 const HINT = "For a protocol that says `materials: NAME.yaml`: the text of that file. Empty for none.";
 
-/** Tell of which of the two texts a place is. */
-const ofMaterials = ({ pointer }, texts) => Boolean(texts.materials.trim()) && /^\/materials(\/|$)/.test(pointer ?? "");
+const KEYS = "Ctrl-Space completes, F1 explains the word at the cursor, Ctrl-Enter submits; Escape, then Tab leaves the editor.";
 
 class NewTest {
   constructor(place, signal, starter) {
-    Object.assign(this, { signal, starter, wrong: [], turn: 0, busy: false });
+    Object.assign(this, { signal, starter, wrong: [], turn: 0, busy: false, schemas: new Schemas(signal) });
     this.verdict = h("p", { role: "status" });
     this.plan = new Plan();
     this.picture = h("figure", { hidden: true });
     this.submit = h("button", { type: "button", class: "main", disabled: true, onclick: () => this.send() }, "Submit");
     this.see = h("button", { type: "button", onclick: () => this.draw() }, "Draw the knit");
     const again = h("button", { type: "button", onclick: () => this.startOver() }, "Start over");
+    this.library = new Library((example) => this.load(example), signal);
+    const examples = h("button", { type: "button", onclick: () => this.library.open() }, "Examples");
+    this.beside = new Beside({ changed: () => { this.changed(); this.protocol.recheck(); }, materials: (text) => this.bring(text) });
     const first = h("div", { class: "editor" }), second = h("div", { class: "editor small" });
     const kept = Object.fromEntries(Object.entries(DRAFTS).map(([name, key]) => [name, localStorage.getItem(key)]));
     place.append(
-      h("div", { class: "bar spread" }, h("h1", {}, "New test"), h("div", { class: "bar" }, again, this.see, this.submit)),
+      h("div", { class: "bar spread" }, h("h1", {}, "New test"), h("div", { class: "bar" }, examples, again, this.see, this.submit)),
       h("div", { class: "two" },
         h("section", {}, h("h2", { id: "protocol-label" }, "Protocol"), first, this.verdict,
-          h("p", { class: "faint" }, "Ctrl-Enter submits; Escape, then Tab leaves the editor."),
-          h("details", { open: Boolean(kept.materials) }, h("summary", { id: "materials-label" }, "Materials"), h("p", { class: "faint" }, HINT), second)),
-        h("section", {}, h("h2", {}, "What it would do"), this.plan.node, this.picture)));
+          h("p", { class: "faint" }, KEYS),
+          h("details", { open: Boolean(kept.materials) }, h("summary", { id: "materials-label" }, "Materials"), h("p", { class: "faint" }, HINT), second),
+          this.beside.node),
+        h("section", {}, h("h2", {}, "What it would do"), this.plan.node, this.picture)),
+      this.library.node);
     const submit = () => this.send();
     this.protocol = new Editor({
       submit, parent: first, label: "protocol-label", text: kept.protocol ?? starter,
       check: () => this.check(), changed: () => this.changed(),
+      schema: () => this.schemas.protocol, names: (key) => this.names(key),
     });
     // The protocol is what is checked, with these materials.
     this.materials = new Editor({
       submit, parent: second, label: "materials-label", text: kept.materials ?? "",
       check: () => this.wrong, changed: () => { this.changed(); this.protocol.recheck(); },
+      schema: () => this.schemas.material, names: () => [],
     });
     signal.addEventListener("abort", () => [this.protocol, this.materials].forEach(({ view }) => view.destroy()));
     window.addEventListener("reached", () => this.protocol.recheck(), { signal });
@@ -44,7 +54,13 @@ class NewTest {
   }
 
   get texts() {
-    return { protocol: this.protocol.text, materials: this.materials.text };
+    return { protocol: this.protocol.text, materials: this.materials.text, files: this.beside.texts };
+  }
+
+  /** Return the words for a value that no schema knows: materials and files of one's own. */
+  names(key) {
+    if (key === "material") return [...keysUnder(this.materials.text, "materials"), ...keysUnder(this.protocol.text, "materials")];
+    return key === "centreline" || key === "table" ? this.beside.names : [];
   }
 
   /** Keep the drafts, and take nothing for valid until the service has said so of these very texts. */
@@ -85,15 +101,34 @@ class NewTest {
       this.judge("wrong", error instanceof Unreachable ? "Not checked, as the service cannot be reached; it will be as soon as it can." : error.message);
       if (error instanceof Problem) places = error.problem.errors?.length ? error.problem.errors : [{ detail: error.message }];
     }
-    this.wrong = places.filter((one) => ofMaterials(one, texts));
+    // A place in another file than the protocol says in which.
+    const elsewhere = places.filter(({ file }) => file);
+    this.wrong = elsewhere.filter(({ file }) => !(file in texts.files));
+    this.beside.mark(elsewhere.filter(({ file }) => file in texts.files));
     this.materials.recheck();
-    return places.filter((one) => !ofMaterials(one, texts));
+    return places.filter(({ file }) => !file);
   }
 
   startOver() {
     this.protocol.replace(this.starter);
     this.materials.replace("");
+    this.beside.replace({});
     this.protocol.view.focus();
+  }
+
+  /** Take the text of a file of materials. */
+  bring(materials) {
+    this.materials.replace(materials);
+    if (materials) this.materials.view.dom.closest("details").open = true;
+  }
+
+  /** Edit an example; undo brings back what was edited before, whose files stay. */
+  load({ path, protocol, materials, files }) {
+    this.protocol.replace(protocol);
+    this.bring(materials);
+    this.beside.put(files);
+    this.protocol.view.focus();
+    tell(`example ${path}; undo brings back your draft`);
   }
 
   async send() {
