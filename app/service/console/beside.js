@@ -24,10 +24,12 @@ class Row {
     put(this.size, size(new Blob([this.area.value]).size));
   }
 
-  /** Say what is wrong in it, line by line. */
-  mark(places) {
-    this.wrong.hidden = !places.length;
-    put(this.wrong, places.map(({ line, column, detail }) => `line ${line}, column ${column}: ${detail}`).join("\n"));
+  /** Say what is wrong with it, line by line. */
+  mark(places, twice) {
+    const said = places.map(({ line, column, detail }) => `line ${line}, column ${column}: ${detail}`);
+    if (twice) said.push("Another file has this name: the last one counts.");
+    this.wrong.hidden = !said.length;
+    put(this.wrong, said.join("\n"));
     this.area.setAttribute("aria-invalid", String(places.length > 0));
   }
 }
@@ -113,7 +115,8 @@ export class Beside {
   }
 
   paste() {
-    const row = this.insert("my-knit.csv", "");
+    const free = Array.from({ length: this.rows.length + 1 }, (_, k) => `my-knit${k ? `-${k + 1}` : ""}.csv`).find((name) => !this.names.includes(name));
+    const row = this.insert(free, "");
     this.changed();
     row.area.focus();
   }
@@ -131,7 +134,8 @@ export class Beside {
 
   /** Say what is wrong in each file. */
   mark(places) {
-    for (const row of this.rows) row.mark(places.filter(({ file }) => file === row.name.value.trim()));
-    if (places.length) this.node.open = true;
+    const names = this.rows.map(({ name }) => name.value.trim());
+    this.rows.forEach((row, k) => row.mark(places.filter(({ file }) => file === names[k]), names.indexOf(names[k]) !== names.lastIndexOf(names[k])));
+    if (places.some(({ file }) => names.includes(file))) this.node.open = true;
   }
 }

@@ -103,8 +103,8 @@ class NewTest {
     }
     // A place in another file than the protocol says in which.
     const elsewhere = places.filter(({ file }) => file);
-    this.wrong = elsewhere.filter(({ file }) => !(file in texts.files));
-    this.beside.mark(elsewhere.filter(({ file }) => file in texts.files));
+    this.wrong = elsewhere.filter(({ file }) => !Object.hasOwn(texts.files, file));
+    this.beside.mark(elsewhere);
     this.materials.recheck();
     return places.filter(({ file }) => !file);
   }
@@ -123,12 +123,12 @@ class NewTest {
   }
 
   /** Edit an example; undo brings back what was edited before, whose files stay. */
-  load({ path, protocol, materials, files }) {
+  load({ name, protocol, materials, files }) {
     this.protocol.replace(protocol);
     this.bring(materials);
     this.beside.put(files);
     this.protocol.view.focus();
-    tell(`example ${path}; undo brings back your draft`);
+    tell(`example ${name}; undo brings back your draft`);
   }
 
   async send() {

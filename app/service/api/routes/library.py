@@ -37,9 +37,9 @@ class ExampleList(Answer):
 
 
 class ExampleTexts(Answer):
-    """The texts of an example."""
+    """The texts of an example, as the body of a request takes them."""
 
-    path: str
+    name: str = Field(description="name of the file")
     protocol: str
     materials: str = Field(description="of the file that it names under `materials`; empty for none")
     files: dict[str, str] = Field(description="of the centreline and the tables that it names, by their names")
@@ -65,4 +65,4 @@ def list_examples() -> ExampleList:
 def example(path: ExamplePath) -> ExampleTexts:
     """Return the texts of a protocol, its materials file and other files, as `POST /v1/jobs` takes them."""
     protocol, own, files = texts_of_example(path)
-    return ExampleTexts(path=path, protocol=protocol, materials=own, files=files)
+    return ExampleTexts(name=path.rpartition("/")[2], protocol=protocol, materials=own, files=files)
