@@ -15,13 +15,13 @@ HEAD = "schema: knitlab/protocol@1\nrig: biaxial-hook\n"
 OPTIONS = ".cm-tooltip-autocomplete [role=option]"
 #: Texts with the cursor at |, and what is offered there: all of it, or (after ...) some of it.
 PLACES: list[tuple[str, list[str]]] = [
-    ("rig: |", ["biaxial-hook", "uniaxial-frame", "triaxial", "sem-microgripper"]),
+    ("rig: |", ["...", "biaxial-hook", "uniaxial-frame", "triaxial", "sem-microgripper"]),
     ("specimen:\n  knit: seed\n  |\nsteps: []", ["...", "loops", "loop", "material"]),
     ("specimen: {knit: |", ["...", "rib-1x1", "garter", "seed"]),
     ("specimen: {knit: {centreline: a.csv, |}}", ["unit", "fibre_radius"]),
     ("steps:\n  - |", ["...", "zero", "ramp", "cycle", "repeat"]),
-    ("steps:\n  - ramp: {axes: [C, |]}", ["C", "W", "P"]),
-    ("steps:\n  - ramp:\n      axes:\n        - |", ["C", "W", "P"]),
+    ("steps:\n  - ramp: {axes: [C, |]}", ["...", "C", "W", "P"]),
+    ("steps:\n  - ramp:\n      axes:\n        - |", ["...", "C", "W", "P"]),
     ("steps:\n  - repeat: {n: 2, steps: [ramp: {to: {|}}]}", ["strain", "displacement", "force"]),
     ("specimen: {rupture: go |", ["off", "stop", "go on"]),
     ("log: {noise: |}", ["on", "off"]),
