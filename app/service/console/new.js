@@ -112,7 +112,6 @@ class NewTest {
   startOver() {
     this.protocol.replace(this.starter);
     this.materials.replace("");
-    this.beside.replace({});
     this.protocol.view.focus();
   }
 
