@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import ValidationError
@@ -17,20 +15,16 @@ from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text, text_of
 from app.schemas.errors import Faults, ProtocolError, in_order
 from app.schemas.files_beside import (
-    CENTRELINE,
-    MATERIALS,
     FilesBeside,
     FolderFiles,
-    NamedText,
     RecordedFiles,
     SentFiles,
 )
 from app.schemas.further import BY_MATERIAL, further_errors, is_within
-from app.schemas.locate import at, form_errors, locate
-from app.schemas.materials import to_materials
+from app.schemas.locate import form_errors, locate
 from app.schemas.models import ProtocolModel
+from app.schemas.named_files import brought_materials, named_centreline
 from app.schemas.params import substitute
-from app.schemas.specimen import CentrelineModel
 from app.schemas.sweep import points_of
 from app.schemas.tables import with_tables
 from knitlab_core.errors import SpecificationError
@@ -229,12 +223,6 @@ def loads_document(
     return _loaded(document, name, SentFiles(materials, files or {}), {})
 
 
-@lru_cache(maxsize=4)
-def _read_materials(text: str, path: str) -> Mapping[str, Substance]:
-    """Return the materials of a text; read once, for every job of a sweep brings the same."""
-    return MappingProxyType(to_materials(parse_text(text, path, "materials")))
-
-
 def _loaded(document: Document, name: str, files: FilesBeside, chosen: Mapping[str, Data]) -> Loaded:
     """Return the protocol of a document, with the files that it names."""
     load_extensions()
@@ -249,10 +237,10 @@ def _loaded(document: Document, name: str, files: FilesBeside, chosen: Mapping[s
         raise _all_of(faults) from error
     nothing: tuple[Mapping[str, Substance], str] = ({}, "")
     none: tuple[Point, ...] = ()
-    own, text = faults.of(lambda: _brought(model, document, files), nothing)
+    own, text = faults.of(lambda: brought_materials(model, document, files), nothing)
     points = faults.of(lambda: points_of(model, document), none)
     before = len(faults.found)
-    yarn = faults.of(lambda: _named_centreline(model, document, files), None)
+    yarn = faults.of(lambda: named_centreline(model, document, files), None)
     if len(faults.found) > before:
         raise _all_of(faults)
     whole = faults.of(lambda: to_domain(model, document, name, own, yarn), None)
@@ -267,24 +255,6 @@ def _loaded(document: Document, name: str, files: FilesBeside, chosen: Mapping[s
     said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *put_in])
     resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
     return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
-
-
-def _brought(model: ProtocolModel, document: Document, files: FilesBeside) -> tuple[Mapping[str, Substance], str]:
-    """Return the materials of the file that a protocol names, and their text."""
-    if not isinstance(model.materials, str):
-        return {}, ""
-    with at(document, ()):
-        path, text = files.read(model.materials, MATERIALS)
-        return _read_materials(text, path), text
-
-
-def _named_centreline(model: ProtocolModel, document: Document, files: FilesBeside) -> NamedText | None:
-    """Return the centreline that a protocol names, if it names one."""
-    knit = model.specimen.knit
-    if not isinstance(knit, CentrelineModel) or "\n" in knit.centreline:
-        return None
-    with at(document, ("specimen", "knit")):
-        return files.read(knit.centreline, CENTRELINE)
 
 
 def _all_of(faults: Faults) -> ProtocolError:
