@@ -227,6 +227,12 @@ def _files(sent: Mapping[str, Any]) -> dict[str, str]:
     return texts
 
 
+def field_of_file(path: str) -> str:
+    """Return the pointer to the field of an envelope that holds a file which the protocol names."""
+    name = path.replace("~", "~0").replace("/", "~1")
+    return f"/files/{name}" if path.endswith(".csv") else "/materials"
+
+
 def _wrong(key: str, found: str, allowed: str) -> ProblemError:
     """Return the error of one field of an envelope."""
     detail = f"{key}: found {found}, allowed {allowed}"

@@ -12,7 +12,7 @@ from app.schemas import ProtocolError, loads_document
 from app.schemas.document import parse_text
 from app.schemas.errors import shown
 from app.schemas.sweep import combinations
-from app.service.api.bodies import PATH, parse_json, submitted, written
+from app.service.api.bodies import PATH, field_of_file, parse_json, submitted, written
 from app.service.api.bounds import check_protocol, check_rows, check_sweep, check_texts
 from app.service.api.problems import ProblemError, beyond, refused
 from app.service.jobs import JobSpec
@@ -184,17 +184,11 @@ def _placed(place: _Place) -> Iterator[None]:
     try:
         yield
     except SpecificationError as error:
-        within = [_beside(error.path)] if isinstance(error, ProtocolError) and error.path != PATH else []
-        pointer = "/".join([place.within, *within]) if within else place.protocol
+        path = error.path if isinstance(error, ProtocolError) else PATH
+        pointer = place.protocol if path == PATH else f"{place.within}{field_of_file(path)}"
         raise _within(refused(error, lined=place.lined, path=PATH), pointer, place.which) from error
     except ProblemError as error:
         raise _within(error, place.protocol, place.which) from error
-
-
-def _beside(path: str) -> str:
-    """Return the pointer below an envelope of a file that is not the protocol."""
-    name = path.replace("~", "~0").replace("/", "~1")
-    return f"files/{name}" if path.endswith(".csv") else "materials"
 
 
 def _within(error: ProblemError, pointer: str, which: str) -> ProblemError:
