@@ -196,7 +196,7 @@ def test_materials_are_read_once_for_a_whole_sweep(protocol: str, monkeypatch: p
         read.append(document.text)
         return to_materials(document)
 
-    monkeypatch.setattr("app.schemas.loading.to_materials", counted)
+    monkeypatch.setattr("app.schemas.named_files.to_materials", counted)
     entries = "".join(
         f"  m{k}: {{young_modulus: {{value: 1 GPa, source: s}}, poisson_ratio: {{value: 0.4, source: s}}}}\n"
         for k in range(9)
