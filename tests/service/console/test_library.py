@@ -85,7 +85,7 @@ def test_files_are_added_from_a_disk_and_kept(page: Page, service: str, tmp_path
     protocol = (EXAMPLES / "serpentine_small.yaml").read_text(encoding="utf-8").replace("serpentine.csv", "my-knit.csv")
     page.goto(f"{service}/#/new")
     write(page, protocol)
-    expect(page.locator(".wrong").first).to_contain_text("centreline: found my-knit.csv")
+    expect(page.locator(".wrong").first).to_contain_text("my-knit.csv")
     page.locator("summary", has_text="Files").click()
     page.locator("input[type=file]").set_input_files(
         [tmp_path / "my-knit.csv", EXAMPLES / "materials" / "my-resins.yaml"]
