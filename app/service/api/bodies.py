@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, NoReturn
 
 from app.schemas import loads
-from app.schemas.document import MAX_DEPTH
+from app.schemas.document import MAX_DEPTH, text_of
 from app.service.api.problems import ProblemError, beyond, refused
 from knitlab_core.errors import SpecificationError
 
@@ -193,6 +193,17 @@ def submitted(data: Any, name: str) -> Submission:  # noqa: ANN401 (whatever JSO
 def written(data: object) -> str:
     """Return data as text that both JSON and YAML read the same way."""
     return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+
+
+def as_yaml(text: str) -> str:
+    """Return a protocol's text as people write it: JSON as YAML, any other text as it is."""
+    if not text.lstrip().startswith("{"):
+        return text
+    try:
+        return text_of(parse_json(text))
+    except (ProblemError, SpecificationError):
+        # YAML too may begin with a brace.
+        return text
 
 
 def _wrong(key: str, found: str, allowed: str) -> ProblemError:
