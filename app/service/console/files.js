@@ -5,8 +5,12 @@ import { size } from "./words.js";
 
 /** Save an answer as a file; a link cannot carry the token. */
 export async function save(path, name) {
-  const found = await (await ask(path)).blob();
-  const link = h("a", { href: URL.createObjectURL(found), download: name });
+  saveBlob(await (await ask(path)).blob(), name);
+}
+
+/** Save what the page made as a file. */
+export function saveBlob(blob, name) {
+  const link = h("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
@@ -40,6 +44,7 @@ export class Files {
     arrange(this.body, files.map(({ name }) => this.lines.get(name)));
     this.none.hidden = files.length > 0;
     this.table.hidden = !files.length;
+    return files;
   }
 }
 

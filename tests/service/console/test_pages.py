@@ -121,6 +121,7 @@ def test_a_sweep_is_shown_alone_and_jobs_by_state(page: Page, service: str, rest
     expect(page.get_by_role("link", name=re.compile(r"^queued 3$"))).to_be_visible()
     expect(page.get_by_text(re.compile(r"^1–\d+ of \d+$"))).to_be_visible()
     page.get_by_role("link", name=f"sweep {sweep[:8]}").first.click()
+    page.get_by_role("link", name="As a list of jobs").click()
     expect(page.locator("tbody tr")).to_have_count(3)
     assert set(page.locator("tbody tr").evaluate_all("(rows) => rows.map((row) => row.dataset.job)")) == ids
     expect(page.get_by_text("1–3 of 3")).to_be_visible()
