@@ -15,6 +15,8 @@ export const lookOf = (k) => ({ ink: `line-${(k % COLOURS) + 1}`, dash: DASHES[k
 /** Return a look as Chart.js takes it, in the present theme. */
 export const drawn = ({ ink, dash, mark: [pointStyle] }) => ({
   borderColor: colour(ink), backgroundColor: colour(ink), borderWidth: 2, borderDash: dash, pointStyle,
+  // Marks on the frame are seen whole.
+  clip: 8,
 });
 
 /** Draw a look for a legend. */

@@ -24,7 +24,7 @@ class Entry {
     this.figures = ["largest", "peak", "end"].map(() => h("td", { class: "number" }));
     this.figures[2].className = "";
     this.drop = h("button", { type: "button", "aria-label": `take out ${id}`, onclick: drop }, "Take out");
-    this.row = h("tr", {}, h("td", { class: "look" }, swatch(style)), h("td", { class: "name" }, this.name, " ", h("span", { class: "faint" }, id.slice(0, 8)), " ", this.why),
+    this.row = h("tr", { "data-job": id }, h("td", { class: "look" }, swatch(style)), h("td", { class: "name" }, this.name, " ", h("span", { class: "faint" }, id.slice(0, 8)), " ", this.why),
       h("td", {}, this.state), ...this.figures, h("td", {}, this.drop));
   }
 

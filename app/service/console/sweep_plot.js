@@ -25,7 +25,7 @@ export class SweepPlot {
     const draw = () => this.draw();
     this.over = h("select", { onchange: draw }, parameters.map((name) => h("option", { value: name }, name)));
     this.figure = h("select", { onchange: draw });
-    this.legend = h("div", { class: "bar" });
+    this.legend = h("div", { class: "bar sweeplegend" });
     this.order = null;
     // Values that are no numbers stand on the axis by their order.
     const tick = (place) => (this.order ? this.order[place] ?? "" : String(Number(place.toPrecision(6))));

@@ -67,7 +67,11 @@ def test_errors_and_waits_speak_of_the_page(page: Page, service: str) -> None:
     write(page, MINE)
     expect(page.get_by_text("This protocol is valid.")).to_be_visible()
     held: list[Route] = []
-    page.route("**/specimens:preview", held.append)
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/specimens:preview", hold)
     page.get_by_role("button", name="Draw the knit").click()
     expect(page.get_by_role("progressbar", name="Drawing the knit")).to_be_visible()
     expect(page.get_by_text(re.compile("^[12] s$"))).to_be_visible()

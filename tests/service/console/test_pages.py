@@ -94,7 +94,13 @@ def test_nothing_goes_beyond_the_side_of_a_phone(page: Page, service: str, done:
     page.route(ONE, edited(rename))
     page.route(LIST, edited(rename))
     page.route("**/events", lambda route: route.fulfill(status=204))
-    for address, shown in ((f"#/jobs/{done}", ".knit"), ("#/new", "dl"), ("#/", f"[data-job='{done}']")):
+    for address, shown in (
+        (f"#/jobs/{done}", ".knit"),
+        ("#/new", "dl"),
+        ("#/sweeps", "h1"),
+        (f"#/compare/{done}", f"[data-job='{done}']"),
+        ("#/", f"[data-job='{done}']"),
+    ):
         page.goto(f"{service}/{address}")
         expect(page.locator(shown)).to_be_visible()
         page.evaluate("async () => (await import('/dom.js')).tell('t'.repeat(200))")
