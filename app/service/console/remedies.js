@@ -1,5 +1,7 @@
 // Say what the service refuses in words of the page: its own are for programs, and some for the command line.
 
+import { AXES } from "./words.js";
+
 // What the fields of a request are called in the page.
 const LABELS = {
   axis: "Axis", cycle: "Which loading", slack: "Slack to", gauge_length: "Gauge length", width: "Width", thickness: "Thickness",
@@ -12,6 +14,12 @@ const INSTEAD = [
   [/(^|\/)materials$/, (file) => `materials: no file ${file} is here; open Materials below the protocol and put its text there`],
   [/\/centreline$/, (file) => `centreline: no file ${file} is here; put its text in the place of its name, as centreline: | with the lines below`],
   [/\/table$/, (file) => `table: no file ${file} is here; put its rows in its place, as points: [[0 s, 0], [10 s, 5 %]]`],
+];
+
+// What a measured file lacks: the command line takes that from a mapping, the page from the file itself.
+const LACKING = [
+  [/expected the unit of (column .*), in its heading.*$/, "$1 has no unit; write it into the heading of the file, as in Load [N]"],
+  [/expected headings with time.*$/, "no headings are known; give the file a first line such as Time [s],Load [N],Extension [mm]"],
 ];
 
 // What to do by the kind of a problem; `detail` is what the service said.
@@ -36,8 +44,11 @@ function ofPlace({ detail = "", pointer = "", parameter }) {
     const found = INSTEAD.find(([where]) => where.test(pointer));
     if (found) return found[1](file);
   }
+  const lacking = LACKING.find(([words]) => words.test(detail));
+  if (lacking) return detail.replace(...lacking);
   const label = LABELS[parameter];
-  return label && detail.startsWith(`${parameter}:`) ? `${label}${detail.slice(parameter.length)}` : null;
+  if (!label || !detail.startsWith(`${parameter}:`)) return null;
+  return `${label}${detail.slice(parameter.length)}`.replace(/one of ([CWP](?:, [CWP])*)$/, (_, axes) => `one of ${axes.split(", ").map((axis) => AXES[axis]).join(", ")}`);
 }
 
 /** Return a problem of the service as it is told in the page. */

@@ -61,6 +61,21 @@ def test_a_measured_file_lies_over_the_test_in_both_themes(page: Page, service: 
     section.get_by_role("button", name="Compare").click()
     expect(section.get_by_role("alert")).to_contain_text("test_results.py, line")
     expect(section.get_by_role("row", name="NRMSE")).to_have_count(0)
+    # What it lacks is said as the page can give it: there are no options of a command here.
+    section.get_by_label("Axis").select_option("all")
+    rows = "0,0,0\n1,1,1\n2,2,2\n"
+    lacking = {
+        f"Time [s],Load,Extension [mm]\n{rows}": "line 1: column 2 (Load) has no unit; write it into the heading",
+        "0,0\n1,1\n2,2\n": "line 1: no headings are known; give the file a first line such as Time [s]",
+        f"Time [s],Load [N],Extension [mm]\n{rows}": "Axis: found none, allowed that of f.csv: one of course, wale",
+    }
+    for content, words in lacking.items():
+        section.get_by_label("File").set_input_files(
+            {"name": "f.csv", "mimeType": "text/csv", "buffer": content.encode()}
+        )
+        section.get_by_role("button", name="Compare").click()
+        expect(section.get_by_role("alert")).to_contain_text(words)
+        assert "--" not in section.get_by_role("alert").inner_text()
 
 
 @pytest.mark.slow
