@@ -120,7 +120,7 @@ def test_the_figures_and_the_protocol_of_a_job(http: httpx.Client, store: Store,
     assert http.get(f"/v1/jobs/{done.id}/protocol").json() == {"name": "made", "protocol": protocol, "materials": ""}
     sent = http.post("/v1/sweeps", json={"protocol": protocol, "values": {"peak": ["5 %"]}}).json()["jobs"][0]["id"]
     text = http.get(f"/v1/jobs/{sent}/protocol").json()["protocol"]
-    assert "\n- cycle:\n" in text
+    assert "\n  loops: [2, 2]\n" in text
     assert to_yaml(loads(text).protocol) == to_yaml(loads(store.spec(sent).protocol).protocol)
     for part in ("curves", "figures", "protocol"):
         problem(http.get(f"/v1/jobs/none/{part}"), 404, "unknown")

@@ -200,7 +200,7 @@ def as_yaml(text: str) -> str:
     if not text.lstrip().startswith("{"):
         return text
     try:
-        return text_of(parse_json(text))
+        return text_of(parse_json(text), compact=True)
     except (ProblemError, SpecificationError):
         # YAML too may begin with a brace.
         return text

@@ -6,7 +6,7 @@ import { size } from "./words.js";
 
 const MOST_NAMES = 8;
 const MOST_LOOKS = 50;
-const KINDS = { record: "its record, from which all else is made", log: "logs of the instrument", picture: "plots and pictures", text: "texts" };
+const KINDS = { record: "what was recorded, from which all else is made", log: "logs of the instrument", picture: "plots and pictures", text: "texts" };
 
 /** Return in words what files hold. */
 function lost(files) {
