@@ -1,7 +1,8 @@
 // Keep what is being written, and what was written before another protocol took its place.
 
 const KEYS = { protocol: "knitlab-draft", materials: "knitlab-draft-materials" };
-const BEFORE = "knitlab-draft-before";
+const ASIDE = "knitlab-drafts-aside";
+const MOST = 5;
 
 /** Return the texts that were kept; a text is null where there is none. */
 export const kept = () => Object.fromEntries(Object.entries(KEYS).map(([name, key]) => [name, localStorage.getItem(key)]));
@@ -11,11 +12,18 @@ export function keep(texts) {
   for (const [name, key] of Object.entries(KEYS)) localStorage.setItem(key, texts[name]);
 }
 
-/** Return the draft that another protocol took the place of, if there is one. */
-export const before = () => JSON.parse(localStorage.getItem(BEFORE));
+/** Return the drafts that other protocols took the place of, the latest last. */
+export const aside = () => JSON.parse(localStorage.getItem(ASIDE) ?? "[]");
 
-/** Keep a draft beside the present one, or forget it. */
-export function setBefore(texts) {
-  if (texts) localStorage.setItem(BEFORE, JSON.stringify(texts));
-  else localStorage.removeItem(BEFORE);
+/** Put a draft aside. */
+export function putAside(texts) {
+  localStorage.setItem(ASIDE, JSON.stringify([...aside(), texts].slice(-MOST)));
+}
+
+/** Take back the draft that was put aside last. */
+export function takeBack() {
+  const all = aside();
+  const last = all.pop();
+  localStorage.setItem(ASIDE, JSON.stringify(all));
+  return last;
 }

@@ -106,9 +106,10 @@ class NewTest {
     this.protocol.view.focus();
   }
 
-  /** Take up the protocol of a job; the draft that stood there is a press away, also later. */
+  /** Take up another protocol; what was written is put aside, a press away, also later. */
   seed({ name, protocol, materials }) {
-    drafts.setBefore(this.texts);
+    const { texts } = this;
+    if (texts.protocol !== this.starter && texts.protocol !== protocol) drafts.putAside(texts);
     this.take({ protocol, materials });
     this.offer(`This is the protocol of ${name}.`);
   }
@@ -119,16 +120,18 @@ class NewTest {
     if (materials) this.materials.view.dom.closest("details").open = true;
   }
 
-  /** Offer the draft that was put aside, if one was. */
+  /** Offer the draft that was put aside last, if one was. */
   offer(why = "") {
-    const aside = drafts.before();
-    const back = () => { drafts.setBefore(null); this.take(aside); this.seeded.hidden = true; this.protocol.view.focus(); };
-    const forget = () => { drafts.setBefore(null); this.seeded.hidden = true; this.protocol.view.focus(); };
-    this.seeded.hidden = !aside;
-    if (aside) {
-      this.seeded.replaceChildren(`${why} Your draft from before is kept.`, h("button", { type: "button", onclick: back }, "Back to my draft"),
-        h("button", { type: "button", onclick: forget }, "Forget it"));
-    }
+    const count = drafts.aside().length;
+    const done = (texts) => {
+      if (texts) this.take(texts);
+      this.offer();
+      this.protocol.view.focus();
+    };
+    this.seeded.hidden = !why && !count;
+    this.seeded.replaceChildren(`${why}${count ? " Your draft from before is kept." : ""}`, ...(count ? [
+      h("button", { type: "button", onclick: () => done(drafts.takeBack()) }, "Back to my draft"),
+      h("button", { type: "button", onclick: () => { drafts.takeBack(); done(); } }, "Forget it")] : []));
   }
 
   async send() {

@@ -41,14 +41,16 @@ export class Bar {
 class Line {
   constructor(sweep) {
     this.bar = new Bar(sweep.name);
+    this.far = h("div", { class: "narrow faint" });
     this.cells = ["done", "failed", "cancelled", "left", "all"].map((what) => [what, h("td", { class: "number" })]);
     this.row = h("tr", { "data-sweep": sweep.id },
       h("td", { class: "name" }, h("a", { href: `#/sweeps/${sweep.id}` }, sweep.name), " ", h("span", { class: "faint" }, sweep.id.slice(0, 8))),
-      h("td", {}, this.bar.node), ...this.cells.map(([, cell]) => cell), h("td", {}, new Date(sweep.created).toLocaleString()));
+      h("td", {}, this.bar.node, this.far), ...this.cells.map(([, cell]) => cell), h("td", {}, new Date(sweep.created).toLocaleString()));
   }
 
   show({ counts }) {
     this.bar.show(counts);
+    put(this.far, progressOf(counts));
     const found = tally(counts);
     for (const [what, cell] of this.cells) put(cell, String(found[what]));
   }

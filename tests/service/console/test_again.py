@@ -31,6 +31,12 @@ def test_a_job_is_edited_and_run_again_and_the_draft_is_kept(page: Page, service
     write(page, QUICK.replace("name: quick", "name: changed"))
     page.reload()
     expect(text).to_contain_text("name: changed")
+    # Another one put on top of it loses neither.
+    page.goto(f"{service}/#/jobs/{done}")
+    page.get_by_role("link", name="Edit and run again").click()
+    expect(text).to_contain_text("name: done")
+    page.get_by_role("button", name="Back to my draft").click()
+    expect(text).to_contain_text("name: changed")
     page.get_by_role("button", name="Back to my draft").click()
     expect(text).to_contain_text("name: mine")
     expect(page.get_by_role("button", name="Back to my draft")).to_be_hidden()
