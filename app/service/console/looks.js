@@ -19,9 +19,9 @@ export const drawn = ({ ink, dash, mark: [pointStyle] }) => ({
   clip: 8,
 });
 
-/** Draw a look for a legend. */
-export function swatch({ ink, dash, mark: [, path] }) {
+/** Draw a look for a legend: its line, unless there are marks alone, and its mark. */
+export function swatch({ ink, dash, mark: [, path] }, line = true) {
   return s("svg", { viewBox: "0 0 52 10", width: 52, height: 14, "aria-hidden": "true", style: `color: var(--${ink})` },
-    s("path", { d: "M0 5H52", stroke: "currentColor", "stroke-width": 2, "stroke-dasharray": dash.join(" ") || null, fill: "none" }),
+    s("path", { d: line ? "M0 5H52" : "", stroke: "currentColor", "stroke-width": 2, "stroke-dasharray": dash.join(" ") || null, fill: "none" }),
     s("g", { transform: "translate(21 0)" }, s("path", { d: path, stroke: "currentColor", "stroke-width": 1.5, fill: "currentColor" })));
 }

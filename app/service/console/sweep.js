@@ -26,7 +26,7 @@ class Row {
     this.fixed = [
       h("td", { class: "box" }, this.box), h("td", { class: "name" }, h("a", { href: `#/jobs/${job.id}` }, job.name)),
       ...parameters.map((name) => h("td", { class: "number" }, String(values[name] ?? ""))), h("td", {}, this.state), this.end];
-    this.files = h("td", { class: "files" }, h("a", { href: `#/jobs/${job.id}/files`, "aria-label": `files and plots of ${job.name}` }, "files, plots"));
+    this.files = h("td", { class: "files" }, h("a", { href: `#/jobs/${job.id}/files`, "aria-label": `files and plots of ${job.name}` }, "files"));
     this.row = h("tr", { "data-job": job.id }, this.fixed, this.files);
   }
 

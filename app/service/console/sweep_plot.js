@@ -91,7 +91,7 @@ export class SweepPlot {
       ...drawn(lookOf(k)), label: text || name, showLine: line, pointRadius: 5,
       data: found.map(({ figures, values }) => ({ x: scale.place(values[over]), y: figures[at] / size })).sort((a, b) => a.x - b.x),
     }));
-    this.legend.replaceChildren(...(curves.length > 1 || curves[0].label ? curves.map(({ label: text }, k) => h("span", { class: "bar entry" }, swatch(lookOf(k)), text)) : []));
+    this.legend.replaceChildren(...(curves.length > 1 || curves[0].label ? curves.map(({ label: text, line }, k) => h("span", { class: "bar entry" }, swatch(lookOf(k), line), text)) : []));
     made.canvas.setAttribute("aria-label", `${label} over ${over}, ${curves.length} ${curves.length === 1 ? "curve" : "curves"}`);
     made.update("none");
   }
