@@ -3,9 +3,10 @@ import { h, put } from "./dom.js";
 
 const SOON = 300;
 
-/** Hold a bar that is seen while something is waited for; its node has a place from the beginning. */
+/** Hold a bar that is seen while something is waited for; of several things at a time it tells of the latest. */
 export class Busy {
   constructor() {
+    this.turn = 0;
     this.what = h("span", { role: "status" });
     this.time = h("span", { class: "faint", "aria-hidden": "true" });
     this.bar = h("progress");
@@ -14,27 +15,34 @@ export class Busy {
 
   /** Do something, and say meanwhile what; `told(text, share)`, which it is given, says how far it is. */
   async during(what, act) {
+    const turn = (this.turn += 1);
     const began = Date.now();
-    const show = () => {
-      this.bar.setAttribute("aria-label", what);
-      if (!this.bar.parentNode) this.node.prepend(this.bar);
-      put(this.time, `${Math.round((Date.now() - began) / 1000)} s`);
-    };
     const told = (text, share) => {
+      if (turn !== this.turn) return;
       put(this.what, text);
       if (share !== undefined) this.bar.value = share;
     };
-    const first = setTimeout(() => { show(); if (!this.what.textContent) told(what); }, SOON);
-    const clock = setInterval(show, 1000);
+    const show = () => {
+      if (turn !== this.turn) return;
+      this.bar.setAttribute("aria-label", what);
+      if (!this.bar.parentNode) this.node.prepend(this.bar);
+      if (!this.what.textContent) told(what);
+      put(this.time, `${Math.round((Date.now() - began) / 1000)} s`);
+    };
+    const first = setTimeout(show, SOON), clock = setInterval(show, 1000);
     try {
       return await act(told);
     } finally {
       clearTimeout(first);
       clearInterval(clock);
-      this.bar.remove();
-      this.bar.removeAttribute("value");
-      put(this.what, "");
-      put(this.time, "");
+      if (turn === this.turn) this.clear();
     }
+  }
+
+  clear() {
+    this.bar.remove();
+    this.bar.removeAttribute("value");
+    put(this.what, "");
+    put(this.time, "");
   }
 }
