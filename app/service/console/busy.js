@@ -29,6 +29,7 @@ export class Busy {
       if (!this.what.textContent) told(what);
       put(this.time, `${Math.round((Date.now() - began) / 1000)} s`);
     };
+    if (this.bar.parentNode) told(what);
     const first = setTimeout(show, SOON), clock = setInterval(show, 1000);
     try {
       return await act(told);

@@ -153,7 +153,7 @@ class Sweep {
   }
 
   async all() {
-    return (await this.read(Infinity)).points.map(({ job }) => job);
+    return (await this.busy.during("Reading the jobs", () => this.read(Infinity))).points.map(({ job }) => job);
   }
 
   async cancelAll() {
