@@ -20,8 +20,11 @@ MINE = QUICK.replace("name: quick", "name: mine")
 
 
 def test_a_job_is_edited_and_run_again_and_the_draft_is_kept(page: Page, service: str, done: str) -> None:
-    page.goto(f"{service}/#/new")
     text = page.locator(".cm-content").first
+    page.goto(f"{service}/#/jobs/{done}")
+    page.get_by_role("link", name="Edit and run again").click()
+    expect(page.get_by_text("This is the protocol of done.", exact=True)).to_be_visible()
+    expect(page).to_have_url(f"{service}/#/new")
     write(page, MINE)
     page.goto(f"{service}/#/jobs/{done}")
     page.get_by_role("link", name="Edit and run again").click()
