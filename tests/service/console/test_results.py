@@ -82,7 +82,7 @@ def test_a_measured_file_lies_over_the_test_in_both_themes(page: Page, service: 
 def test_the_report_of_a_job_is_saved(page: Page, service: str, done: str) -> None:
     page.goto(f"{service}/#/jobs/{done}")
     with page.expect_download() as saved:
-        page.get_by_role("button", name="Report").click()
+        page.get_by_role("button", name="Report", exact=True).click()
     assert saved.value.suggested_filename == "done_report.html"
     text = Path(saved.value.path()).read_text(encoding="utf-8")
     assert "carried out to its end" in text
