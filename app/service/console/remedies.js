@@ -48,7 +48,7 @@ function ofPlace({ detail = "", pointer = "", parameter }) {
   if (lacking) return detail.replace(...lacking);
   const label = LABELS[parameter];
   if (!label || !detail.startsWith(`${parameter}:`)) return null;
-  return `${label}${detail.slice(parameter.length)}`.replace(/one of ([CWP](?:, [CWP])*)$/, (_, axes) => `one of ${axes.split(", ").map((axis) => AXES[axis]).join(", ")}`);
+  return `${label}${detail.slice(parameter.length)}`.replace(/one of ([CWP]{1,2}(?:, [CWP]{1,2})*)$/, (_, axes) => `one of ${axes.split(", ").map((axis) => AXES[axis] ?? axis).join(", ")}`);
 }
 
 /** Return a problem of the service as it is told in the page. */
