@@ -13,7 +13,7 @@ from app.extensions import load_extensions
 from app.schemas.convert import to_domain, to_yaml
 from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text, text_of
-from app.schemas.errors import Faults, ProtocolError, in_order
+from app.schemas.errors import Faults, ProtocolError, SweptProtocolError, in_order
 from app.schemas.files_beside import (
     FilesBeside,
     FolderFiles,
@@ -81,7 +81,7 @@ class Loaded:
         Raises
         ------
         ProtocolError
-            If it is a sweep, or has no steps.
+            If it is a sweep (`SweptProtocolError`), or has no steps.
         """
         if not self.protocol.steps:
             spot = self.document.spot(("steps",))
@@ -93,7 +93,7 @@ class Loaded:
 
         Raises
         ------
-        ProtocolError
+        SweptProtocolError
             If it is.
         """
         if not self.points:
@@ -101,7 +101,7 @@ class Loaded:
         first = " ".join(f"--set {name}={value}" for name, value in self.points[0].values.items())
         found, path = f"a sweep of {len(self.points)} points", self.document.path
         expected = f"one test: run all with `knitlab sweep {path}`, or one with `{first}`"
-        raise ProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
+        raise SweptProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
 
     def locate(self, error: SpecificationError) -> ProtocolError:
         """Return an error found later with file, line and column of the field it blames."""

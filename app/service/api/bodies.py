@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, NoReturn
 
 from app.schemas import loads
-from app.schemas.document import MAX_DEPTH
+from app.schemas.document import MAX_DEPTH, text_of
 from app.schemas.errors import shown
 from app.schemas.files_beside import is_plain
 from app.service.api.problems import ProblemError, beyond, refused
@@ -231,6 +231,17 @@ def field_of_file(path: str) -> str:
     """Return the pointer to the field of an envelope that holds a file which the protocol names."""
     name = path.replace("~", "~0").replace("/", "~1")
     return f"/files/{name}" if path.endswith(".csv") else "/materials"
+
+
+def as_yaml(text: str) -> str:
+    """Return a protocol's text as people write it: JSON as YAML, any other text as it is."""
+    if not text.lstrip().startswith("{"):
+        return text
+    try:
+        return text_of(parse_json(text), compact=True)
+    except (ProblemError, SpecificationError):
+        # YAML too may begin with a brace.
+        return text
 
 
 def _wrong(key: str, found: str, allowed: str) -> ProblemError:

@@ -108,6 +108,12 @@ export class Beside {
     this.changed();
   }
 
+  /** Have these files and no others. */
+  replace(texts) {
+    for (const { node } of this.rows.splice(0)) node.remove();
+    this.put(texts);
+  }
+
   paste() {
     const free = Array.from({ length: this.rows.length + 1 }, (_, k) => `my-knit${k ? `-${k + 1}` : ""}.csv`).find((name) => !this.names.includes(name));
     const row = this.insert(free, "");

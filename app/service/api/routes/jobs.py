@@ -10,14 +10,15 @@ from fastapi.responses import Response
 
 from app.checks.dry_run import count_rows
 from app.schemas import Loaded
+from app.service.api.bodies import as_yaml
 from app.service.api.bounds import Bounds, check_rows
 from app.service.api.checking import look
 from app.service.api.context import Here
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.etags import has_tag
-from app.service.api.models import JobId, JobPage, JobView, problems
+from app.service.api.models import JobId, JobPage, JobView, ProtocolTextView, problems
 from app.service.api.routes.laboratory import Sent
-from app.service.api.routes.query_params import Asked, Key
+from app.service.api.routes.query_params import Asked, Cursor, Key
 from app.service.jobs import Job, JobSpec, State
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
@@ -61,7 +62,7 @@ async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, ke
 def list_jobs(
     here: Here,
     limit: Annotated[int, Query(ge=1, le=1000, description="Most jobs to return.")] = 50,
-    cursor: Annotated[str | None, Query(pattern=r"^[0-9]{1,18}$", description="Cursor of the page before.")] = None,
+    cursor: Cursor = None,
     state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
     sweep: Annotated[
         str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,64}$", description="Only jobs of this sweep.")
@@ -91,6 +92,13 @@ def get_job(job: JobId, here: Here, request: Request) -> Any:  # noqa: ANN401 (a
     if has_tag(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
     return Response(body, media_type="application/json", headers=headers)
+
+
+@router.get("/{job}/protocol", summary="Fetch the protocol of a job", responses=problems(404, 422))
+def get_protocol(job: JobId, here: Here) -> ProtocolTextView:
+    """Return the texts that were submitted; a protocol that came as JSON, or was made by a sweep, as YAML."""
+    spec = here.store.spec(job)
+    return ProtocolTextView(name=spec.name, protocol=as_yaml(spec.protocol), materials=spec.materials)
 
 
 @router.delete("/{job}", summary="Delete a job", status_code=204, responses=problems(404, 409, 422))
