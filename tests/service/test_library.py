@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from app.schemas import json_schema, load
-from app.service.api.bodies import MOST_FILES
+from app.service.api.documents import MOST_FILES
 from app.service.api.library import examples
 from tests.service.serving import problem
 

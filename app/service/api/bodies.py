@@ -12,6 +12,7 @@ from app.schemas import loads
 from app.schemas.document import MAX_DEPTH, text_of
 from app.schemas.errors import shown
 from app.schemas.files_beside import is_plain
+from app.service.api.documents import MOST_FILES
 from app.service.api.problems import ProblemError, beyond, refused
 from knitlab_core.errors import SpecificationError
 
@@ -27,9 +28,6 @@ PATH: Final = "protocol"
 
 PATIENCE: Final = 30.0
 """Time a body may take to arrive [s]."""
-
-MOST_FILES: Final = 16
-"""Files that may come with a protocol, beside that of its materials."""
 
 LONGEST_NAME: Final = 200
 """Length of the name of such a file [characters]."""

@@ -7,6 +7,9 @@ from typing import Any, Final
 
 from app.schemas import json_schema
 
+MOST_FILES: Final = 16
+"""Files that may come with a protocol, beside that of its materials."""
+
 EXAMPLE_YAML: Final = """\
 schema: knitlab/protocol@1
 name: biaxial_small
@@ -56,7 +59,7 @@ _ENVELOPE: Final = {
         "files": {
             "type": "object",
             "description": "texts of the CSV files that it names, by their names: a centreline, tables",
-            "maxProperties": 16,
+            "maxProperties": MOST_FILES,
             "additionalProperties": {"type": "string"},
         },
     },

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _PACKAGE: Final = Path(app.__file__).parent
 #: A wheel has them inside the package (`setup.py`); in the sources they are beside it.
 _FOLDERS: Final = (_PACKAGE / "examples", _PACKAGE.parent / "examples")
+#: By this file a folder is known to be that of the examples.
+_ONE: Final = "biaxial_small.yaml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +51,7 @@ class Example:
 
 def examples_folder() -> Path | None:
     """Return the folder of the examples; None where none were installed."""
-    return next((folder for folder in _FOLDERS if folder.is_dir()), None)
+    return next((folder for folder in _FOLDERS if (folder / _ONE).is_file()), None)
 
 
 @cache
