@@ -7,7 +7,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import app
 from app.schemas.document import parse_text
 from app.schemas.errors import nearest
 from app.schemas.loading import texts_of
@@ -17,7 +16,7 @@ from app.service.api.problems import ProblemError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-_PACKAGE: Final = Path(app.__file__).parent
+_PACKAGE: Final = Path(__file__).parents[2]
 #: A wheel has them inside the package (`setup.py`); in the sources they are beside it.
 _FOLDERS: Final = (_PACKAGE / "examples", _PACKAGE.parent / "examples")
 #: By this file a folder is known to be that of the examples.
