@@ -110,8 +110,22 @@ def fitted_machines(loaded: Loaded) -> dict[MachineName, MachineData]:
     return machines
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogPlan:
+    """How long a test takes on the rig [s], and rows [1] and size [bytes] of its log."""
+
+    duration: float
+    rows: int
+    size: float
+
+
 def count_rows(loaded: Loaded) -> int:
-    """Return how many rows the log of a protocol will have: what a sweep checks of each of its jobs.
+    """Return how many rows the log of a protocol will have."""
+    return plan_log(loaded).rows
+
+
+def plan_log(loaded: Loaded) -> LogPlan:
+    """Return how long the test of a protocol and its log will be: what a sweep checks of each of its jobs.
 
     Raises
     ------
@@ -121,11 +135,13 @@ def count_rows(loaded: Loaded) -> int:
     protocol = loaded.one_test().protocol
     try:
         facts = facts_of(protocol)
-        rows = planned_rows(protocol, facts.gauges(protocol.axes))
+        lengths = facts.gauges(protocol.axes)
+        rows = planned_rows(protocol, lengths)
     except SpecificationError as error:
         raise loaded.locate(error) from error
     fitted_machines(loaded)
-    return rows
+    size = rows * row_size([drive.machine for drive in protocol.drives.values()], len(facts.pins))
+    return LogPlan(duration=planned_duration(protocol, lengths), rows=rows, size=size)
 
 
 def dry_run(source: Source) -> Plan:

@@ -14,7 +14,9 @@ convert, convert_steps, convert_specimen, convert_substance  models to the domai
 yarns     a yarn by measurement, in a protocol and in a file of materials
 tables    points of waveforms and rows of yarn between plates, from CSV files beside a protocol
 centrelines  a yarn of the user's own, as CSV
-material_files  files of materials and centrelines of one's own
+material_files  files of materials of one's own
+files_beside, named_files  files that a protocol names, on a disk or sent with it; the materials and centreline in them
+field_titles  what each field is, for the published schema
 """
 
 from app.schemas.convert import to_data, to_yaml

@@ -25,8 +25,8 @@ from rigs.protocol.specimen import SpecimenSpec
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from app.schemas.convert_knits import NamedText
     from app.schemas.document import Document
+    from app.schemas.files_beside import NamedText
     from app.schemas.specimen import SpecimenModel
     from knitlab_core.materials import Substance
 

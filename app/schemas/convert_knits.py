@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 from app.schemas.centrelines import read_centreline, written_centreline
 from app.schemas.locate import at
@@ -23,15 +23,9 @@ if TYPE_CHECKING:
 
     from app.schemas.base import Model
     from app.schemas.document import Document
+    from app.schemas.files_beside import NamedText
     from app.schemas.values import Measure
     from knitlab_core.knits import Fabric
-
-
-class NamedText(NamedTuple):
-    """Text of a file that a protocol names."""
-
-    path: str
-    text: str
 
 
 def knit_by_values(knit: Model, loop_width: float, document: Document, text: NamedText | None) -> Fabric:
@@ -67,10 +61,6 @@ def _filament(model: FilamentModel, loop_width: float) -> Fabric:
 def own_centreline(model: CentrelineModel, loop_width: float, document: Document, text: NamedText | None) -> Fabric:
     """Return the fabric of a centreline, whose text is in a file beside the protocol or in the protocol itself."""
     with at(document, ("specimen", "knit")):
-        if text is None and "\n" not in model.centreline:
-            raise SpecificationError(
-                "centreline", model.centreline, "CSV text: a text without a file has none beside it"
-            )
         spot = document.spot(("specimen", "knit", "centreline"))
         path, content, before = (document.path, model.centreline, spot.line) if text is None else (*text, 0)
         return read_centreline(

@@ -6,7 +6,7 @@ import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, cast
 
-from app.schemas.convert_knits import NamedText, in_loop_widths, knit_by_values, written_knit
+from app.schemas.convert_knits import in_loop_widths, knit_by_values, written_knit
 from app.schemas.convert_substance import by_name, friction_of, substance_of
 from app.schemas.errors import Faults
 from app.schemas.locate import at
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from app.schemas.document import Document
+    from app.schemas.files_beside import NamedText
     from app.schemas.specimen import FusedModel, SpecimenModel
     from knitlab_core.knits import Fabric
     from knitlab_core.materials import Substance

@@ -116,8 +116,10 @@ def parse_text(text: str, path: str, kind: str = "protocol") -> Document:
         raise ProtocolError(path, Spot(line=1, column=1), kind, found, "YAML") from error
 
 
-def text_of(data: Mapping[str, Any]) -> str:
+def text_of(data: Mapping[str, Any], *, compact: bool = False) -> str:
     """Return data as the text of a YAML file; the numbers of NumPy are numbers, and tuples are lists.
+
+    A compact one has what holds no other list or mapping on one line, as people write it.
 
     Raises
     ------
@@ -126,7 +128,7 @@ def text_of(data: Mapping[str, Any]) -> str:
     """
     text = io.StringIO()
     yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False
+    yaml.default_flow_style = None if compact else False
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # a flag that ships as None
     yaml.dump(_plain(data, ()), text)
     return text.getvalue()

@@ -82,6 +82,10 @@ class ProtocolError(SpecificationError):
         return " ".join("".join(char if char.isprintable() else " " for char in line).split())
 
 
+class SweptProtocolError(ProtocolError):
+    """A protocol is a sweep where one test is wanted."""
+
+
 class Faults:
     """Collector of the errors of several parts of a protocol, so that all are reported at once."""
 

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pydantic import ValidationError
 
 from app.extensions import load_extensions
 from app.schemas.convert import to_domain, to_yaml
-from app.schemas.convert_knits import NamedText
 from app.schemas.defaults import defaults_of
 from app.schemas.document import Document, parse_text, read_text, text_of
-from app.schemas.errors import Faults, ProtocolError, in_order
+from app.schemas.errors import Faults, ProtocolError, SweptProtocolError, in_order
+from app.schemas.files_beside import (
+    FilesBeside,
+    FolderFiles,
+    RecordedFiles,
+    SentFiles,
+)
 from app.schemas.further import BY_MATERIAL, further_errors, is_within
-from app.schemas.locate import at, form_errors, locate
-from app.schemas.material_files import centreline_file, materials_file
-from app.schemas.materials import to_materials
+from app.schemas.locate import form_errors, locate
 from app.schemas.models import ProtocolModel
+from app.schemas.named_files import brought_materials, named_centreline
 from app.schemas.params import substitute
-from app.schemas.specimen import CentrelineModel
 from app.schemas.sweep import points_of
 from app.schemas.tables import with_tables
 from knitlab_core.errors import SpecificationError
@@ -31,8 +32,6 @@ from rigs.protocol.bounds import as_label
 from rigs.protocol.protocol import Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from app.schemas.document import Data
     from app.schemas.sweep import Point
     from knitlab_core.materials import Substance
@@ -72,13 +71,17 @@ class Loaded:
         """Return the text of the protocol, verbatim where no value and no table was put into it."""
         return self.resolved or self.document.text
 
+    def beside(self, materials: str) -> str:
+        """Return the materials file that goes with this text: the one that it came with, or none that it needs."""
+        return "" if self.resolved else materials
+
     def one_test(self) -> Loaded:
         """Return this protocol if it is one test, with steps.
 
         Raises
         ------
         ProtocolError
-            If it is a sweep, or has no steps.
+            If it is a sweep (`SweptProtocolError`), or has no steps.
         """
         if not self.protocol.steps:
             spot = self.document.spot(("steps",))
@@ -90,7 +93,7 @@ class Loaded:
 
         Raises
         ------
-        ProtocolError
+        SweptProtocolError
             If it is.
         """
         if not self.points:
@@ -98,7 +101,7 @@ class Loaded:
         first = " ".join(f"--set {name}={value}" for name, value in self.points[0].values.items())
         found, path = f"a sweep of {len(self.points)} points", self.document.path
         expected = f"one test: run all with `knitlab sweep {path}`, or one with `{first}`"
-        raise ProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
+        raise SweptProtocolError(path, self.document.spot(("sweep",), key=True), "sweep", found, expected)
 
     def locate(self, error: SpecificationError) -> ProtocolError:
         """Return an error found later with file, line and column of the field it blames."""
@@ -138,19 +141,34 @@ def load(source: Source, chosen: Mapping[str, Data] | None = None) -> Loaded:
         return source
     if isinstance(source, Mapping) or (isinstance(source, str) and "\n" in source):
         text, name = (source, "<text>") if isinstance(source, str) else (text_of(source), "<data>")
-        return _loaded(parse_text(text, name), _UNNAMED, lambda file: _given(file, ""), chosen or {})
+        return _loaded(parse_text(text, name), _UNNAMED, SentFiles(), chosen or {})
     path = Path(source)
-
-    def beside(name: str) -> tuple[Mapping[str, Substance], str]:
-        file = materials_file(path, name)
-        text = read_text(file, "materials")
-        return _read_materials(text, str(file)), text
-
     document = parse_text(read_text(path), str(path))
-    return _loaded(document, as_label(path.stem, _UNNAMED), beside, chosen or {}, path)
+    return _loaded(document, as_label(path.stem, _UNNAMED), FolderFiles(path), chosen or {})
 
 
-def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+def texts_of(path: Path) -> tuple[str, Mapping[str, str]]:
+    """Return the text of a protocol file, and those of the files that it names by their names.
+
+    Raises
+    ------
+    ProtocolError
+        For whatever is wrong with it, in one line.
+    """
+    files = RecordedFiles(FolderFiles(path))
+    document = parse_text(read_text(path), str(path))
+    _loaded(document, as_label(path.stem, _UNNAMED), files, {})
+    return document.text, files.texts
+
+
+def loads(
+    text: str,
+    path: str = "<protocol>",
+    *,
+    name: str = _UNNAMED,
+    materials: str = "",
+    files: Mapping[str, str] | None = None,
+) -> Loaded:
     """Read a protocol from text.
 
     Parameters
@@ -161,16 +179,20 @@ def loads(text: str, path: str = "<protocol>", *, name: str = _UNNAMED, material
         Names of the file it came from, or of what it is in place of one.
     materials : str
         Text of the file that it names under `materials`.
+    files : Mapping, optional
+        Texts of other files that it names, by their names.
 
     Raises
     ------
     ProtocolError
         For whatever is wrong with it, in one line.
     """
-    return _loaded(parse_text(text, path), name, lambda file: _given(file, materials), {})
+    return loads_document(parse_text(text, path), name=name, materials=materials, files=files)
 
 
-def loads_document(document: Document, *, name: str = _UNNAMED, materials: str = "") -> Loaded:
+def loads_document(
+    document: Document, *, name: str = _UNNAMED, materials: str = "", files: Mapping[str, str] | None = None
+) -> Loaded:
     """Read a protocol from a document, as a sweep makes many of one.
 
     Parameters
@@ -179,45 +201,23 @@ def loads_document(document: Document, *, name: str = _UNNAMED, materials: str =
         The protocol.
     name : str
         Name of a protocol that gives itself none.
-    materials : str
-        Text of the file that it names under `materials`.
+    materials, files
+        As in `loads`.
 
     Raises
     ------
     ProtocolError
         For whatever is wrong with it, in one line.
     """
-    return _loaded(document, name, lambda file: _given(file, materials), {})
+    return _loaded(document, name, SentFiles(materials, files or {}), {})
 
 
-def _given(file: str, materials: str) -> tuple[Mapping[str, Substance], str]:
-    """Return the materials that came with a text, and their own text."""
-    if not materials:
-        raise SpecificationError("materials", file, "materials by name: a text without a file has none beside it")
-    return _read_materials(materials, file), materials
-
-
-@lru_cache(maxsize=4)
-def _read_materials(text: str, path: str) -> Mapping[str, Substance]:
-    """Return the materials of a text; read once, for every job of a sweep brings the same."""
-    return MappingProxyType(to_materials(parse_text(text, path, "materials")))
-
-
-def _loaded(
-    document: Document,
-    name: str,
-    find: Callable[[str], tuple[Mapping[str, Substance], str]],
-    chosen: Mapping[str, Data],
-    file: Path | None = None,
-) -> Loaded:
-    """Return the protocol of a document; `find` finds the materials that it names, and their text.
-
-    Tables and the centreline that it names are beside its `file`.
-    """
+def _loaded(document: Document, name: str, files: FilesBeside, chosen: Mapping[str, Data]) -> Loaded:
+    """Return the protocol of a document, with the files that it names."""
     load_extensions()
     faults = Faults()
     data, unknown = substitute(document, chosen, faults)
-    data, tables = with_tables(document, data, file, faults)
+    data, tables = with_tables(document, data, files, faults)
     try:
         model = ProtocolModel.model_validate(data)
     except ValidationError as error:
@@ -226,10 +226,10 @@ def _loaded(
         raise _all_of(faults) from error
     nothing: tuple[Mapping[str, Substance], str] = ({}, "")
     none: tuple[Point, ...] = ()
-    own, text = faults.of(lambda: _brought(model, document, find), nothing)
+    own, text = faults.of(lambda: brought_materials(model, document, files), nothing)
     points = faults.of(lambda: points_of(model, document), none)
     before = len(faults.found)
-    yarn = faults.of(lambda: _named_centreline(model, document, file), None)
+    yarn = faults.of(lambda: named_centreline(model, document, files), None)
     if len(faults.found) > before:
         raise _all_of(faults)
     whole = faults.of(lambda: to_domain(model, document, name, own, yarn), None)
@@ -237,33 +237,13 @@ def _loaded(
         raise _all_of(faults)
     points = tuple(point for point in points if not set(point.values) <= set(chosen))
     protocol, defaults = whole, defaults_of(model, whole)
-    files = [*tables, *([] if yarn is None else ["its centreline"])]
+    put_in = [*tables, *([] if yarn is None else ["its centreline"])]
     # A sweep is read once more for each of its points; any other text must be complete without its tables.
-    if not chosen and (points or not files):
+    if not chosen and (points or not put_in):
         return Loaded(protocol=protocol, document=document, materials=text, points=points, defaults=defaults)
-    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *files])
+    said = ", ".join([*(f"{name} = {value}" for name, value in chosen.items()), *put_in])
     resolved = f"# {document.path.rpartition('/')[2]} with {said}\n{to_yaml(protocol)}"
     return Loaded(protocol=protocol, document=document, resolved=resolved, points=points, defaults=defaults)
-
-
-def _brought(
-    model: ProtocolModel, document: Document, find: Callable[[str], tuple[Mapping[str, Substance], str]]
-) -> tuple[Mapping[str, Substance], str]:
-    """Return the materials of the file that a protocol names, and their text."""
-    if not isinstance(model.materials, str):
-        return {}, ""
-    with at(document, ()):
-        return find(model.materials)
-
-
-def _named_centreline(model: ProtocolModel, document: Document, file: Path | None) -> NamedText | None:
-    """Return the centreline that a protocol names, if it does and there are files beside it."""
-    knit = model.specimen.knit
-    if file is None or not isinstance(knit, CentrelineModel) or "\n" in knit.centreline:
-        return None
-    with at(document, ("specimen", "knit")):
-        found = centreline_file(file, knit.centreline)
-        return NamedText(path=str(found), text=read_text(found, "centreline", form="a CSV file"))
 
 
 def _all_of(faults: Faults) -> ProtocolError:

@@ -6,8 +6,10 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from app.schemas.base import BRANCH, Model
 from app.schemas.units import allowed
-from app.schemas.values import LAID_IN, Label, LaidIn, Length, StitchValue, Strain, Stress, Switch
+from app.schemas.values import LAID_IN, Label, LaidIn, Length, Names, StitchValue, Strain, Stress, Switch
 from app.schemas.yarns import MeasuredYarnModel, is_measured
+from knitlab_core.knits import fabric_names
+from knitlab_core.materials import MATERIALS
 from rigs.axes import Axis
 from rigs.protocol.catalogue import Grips, Hook
 from rigs.protocol.specimen import MeshName, RestShape, Rupture, Shear
@@ -142,7 +144,7 @@ class SpecimenModel(Model):
     """The specimen on the rig."""
 
     knit: Annotated[
-        Annotated[str, Tag(f"{BRANCH}name")]
+        Annotated[str, Names(fabric_names, "examples"), Tag(f"{BRANCH}name")]
         | Annotated[StitchModel, Tag(f"{BRANCH}values")]
         | Annotated[VolumetricStitchModel, Tag(VOLUMETRIC)]
         | Annotated[FilamentModel, Tag(FILAMENT)]
@@ -155,7 +157,9 @@ class SpecimenModel(Model):
         description="[rows, loops in a row], such as [6, 6], and of a volumetric knit the layers, such as [6, 6, 6]",
     )
     loop: Length = Field(description=allowed("length"))
-    material: Label | None = Field(default=None, description="the name of a material, such as RGD8530-DM")
+    material: Annotated[Label, Names(lambda: MATERIALS, "examples")] | None = Field(
+        default=None, description="the name of a material, such as RGD8530-DM"
+    )
     friction: float | None = Field(default=None, description="a coefficient of friction, such as 0.3")
     grips: Annotated[
         Annotated[Grips, Tag(f"{BRANCH}name")] | Annotated[GripsModel, Tag(f"{BRANCH}axes")],

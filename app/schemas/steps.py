@@ -278,7 +278,7 @@ def _step_branch(value: Any) -> str | None:  # noqa: ANN401 (whatever a file hol
 def _keyed(name: str, model: type[Model]) -> Any:  # noqa: ANN401 (a type made here)
     """Return the branch of the union for a step: a mapping of its name alone to its model."""
     stem = model.__name__.removesuffix("Model")
-    field: dict[str, Any] = {name: (model, ...)}
+    field: dict[str, Any] = {name: (model, Field(title=(model.__doc__ or "").partition("\n")[0].rstrip(".")))}
     keyed = create_model(f"{stem}Step", __base__=Model, __doc__=f"Be the step `{name}`.", **field)
     return Annotated[keyed, Tag(f"{BRANCH}{name}")]
 

@@ -13,9 +13,9 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from app.schemas.document import MAX_VALUES, dotted, read_text
+from app.schemas.document import MAX_VALUES, dotted
 from app.schemas.errors import ProtocolError, Spot, shown
-from app.schemas.material_files import file_beside
+from app.schemas.files_beside import TABLE
 from app.schemas.step_parts import MEASURES
 from app.schemas.units import parse
 from knitlab_core.errors import SpecificationError, UnitError
@@ -24,26 +24,22 @@ from rigs.protocol.waveform import MOST_POINTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from pathlib import Path
 
     from app.schemas.document import Data, Document, Place
     from app.schemas.errors import Faults
+    from app.schemas.files_beside import FilesBeside, NamedText
     from app.schemas.units import Dimension
     from rigs.protocol.targets import Control
-
-MOST_BYTES: Final = 200_000
-"""Size of a table [B]."""
 
 #: Values of a protocol with its tables: the record has them in one text, which is read with twice as many at most.
 _MOST_VALUES: Final = MAX_VALUES // 2
 
 _HEAD: Final = re.compile(r"\s*([a-z]+)\s*\(([^()]*)\)\s*")
-_ALLOWED: Final = "a CSV file in the protocol's folder or below it, such as my_wave.csv"
 _PLATES: Final = "compression (mm),force (mN/mm)"
 _EXAMPLES: Final = {"strain": "%", "displacement": "mm", "force": "N"}
 
 
-def with_tables(document: Document, data: Data, folder: Path | None, faults: Faults) -> tuple[Data, tuple[str, ...]]:
+def with_tables(document: Document, data: Data, files: FilesBeside, faults: Faults) -> tuple[Data, tuple[str, ...]]:
     """Return the data of a protocol with points in the place of the tables that its waveforms and its yarn name.
 
     Parameters
@@ -52,8 +48,8 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
         The protocol's text.
     data : Data
         Its data, parameters replaced.
-    folder : Path or None
-        The protocol's file; None for a text without one, which has no table beside it.
+    files : FilesBeside
+        The files that it may name.
     faults : Faults
         Takes what is wrong with a table.
 
@@ -64,7 +60,7 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
     tables : tuple of str
         The tables that were put in.
     """
-    work = _Inlining(document, folder, faults)
+    work = _Inlining(document, files, faults)
     if not isinstance(data, dict):
         return data, ()
     made: dict[str, Data] = {**data}
@@ -83,8 +79,8 @@ def with_tables(document: Document, data: Data, folder: Path | None, faults: Fau
 class _Inlining:
     """Read the tables that the yarn and steps name, also those inside `repeat`, each once."""
 
-    def __init__(self, document: Document, folder: Path | None, faults: Faults) -> None:
-        self.document, self.folder, self.faults = document, folder, faults
+    def __init__(self, document: Document, files: FilesBeside, faults: Faults) -> None:
+        self.document, self.files, self.faults = document, files, faults
         self.points: dict[str, Data] = {}
 
     def specimen(self, specimen: dict[str, Data]) -> Data:
@@ -123,22 +119,23 @@ class _Inlining:
         rest = {key: value for key, value in body.items() if key != "table"}
         return {name: {**rest, "points": points}}
 
-    def read(self, name: str, rows: Callable[[Path], list[Data]], place: Place) -> Data:
+    def read(self, name: str, rows: Callable[[NamedText], list[Data]], place: Place) -> Data:
         """Return the points of a table."""
-        if self.folder is None:
-            found, expected = shown(name), "points: a text without a file has no table beside it"
-            raise ProtocolError(self.document.path, self.document.spot(place), dotted(place), found, expected)
-        try:
-            path = file_beside(self.folder, name, {".csv"}, "table", _ALLOWED)
-        except SpecificationError as error:
-            spot = self.document.spot(place)
-            raise ProtocolError(self.document.path, spot, dotted(place), shown(name), _ALLOWED) from error
         if name not in self.points:
-            self.points[name] = rows(path)
+            try:
+                table = self.files.read(name, TABLE)
+            except ProtocolError:
+                raise
+            except SpecificationError as error:
+                spot = self.document.spot(place)
+                raise ProtocolError(
+                    self.document.path, spot, dotted(place), shown(error.found), error.expected
+                ) from error
+            self.points[name] = rows(table)
         return self.points[name]
 
 
-def points_of(path: Path, kind: Control) -> list[Data]:
+def points_of(table: NamedText, kind: Control) -> list[Data]:
     """Return the points of a table as a protocol has them: ``[["0.0 s", 0.05], ...]``, strains as pure numbers.
 
     Raises
@@ -146,14 +143,14 @@ def points_of(path: Path, kind: Control) -> list[Data]:
     ProtocolError
         For whatever is wrong with it, in one line with file, line and column.
     """
-    rows = _lines_of(path, _head_of(kind))
+    path, rows = table.path, _lines_of(table, _head_of(kind))
     units = _units(path, *rows[0], (("time", "time"), (kind, MEASURES[kind])), _head_of(kind))
     points = [_point(path, line, cells, units, kind) for line, cells in rows[1:]]
     _require_rising(path, [line for line, _ in rows[1:]], [time for time, _ in points])
     return [[f"{time!r} s", value if kind == "strain" else f"{value!r} {_si(kind)}"] for time, value in points]
 
 
-def rows_of(path: Path) -> list[Data]:
+def rows_of(table: NamedText) -> list[Data]:
     """Return the rows of a table of a yarn between plates as a protocol has them: ``[["0.0001 m", "0.2 N/m"], ...]``.
 
     Raises
@@ -161,7 +158,7 @@ def rows_of(path: Path) -> list[Data]:
     ProtocolError
         For whatever is wrong with it, in one line with file, line and column.
     """
-    (first, names), *lines = _lines_of(path, _PLATES)
+    path, ((first, names), *lines) = table.path, _lines_of(table, _PLATES)
     units = _units(path, first, names, (("compression", "length"), ("force", "line force")), _PLATES)
     rows: list[Data] = []
     before = (-math.inf, -math.inf)
@@ -175,9 +172,9 @@ def rows_of(path: Path) -> list[Data]:
     return rows
 
 
-def _lines_of(path: Path, head: str) -> list[tuple[int, list[str]]]:
+def _lines_of(table: NamedText, head: str) -> list[tuple[int, list[str]]]:
     """Return the number and the cells of every line of a table that is not empty, its head among them."""
-    text = read_text(path, "table", form="a CSV file", most=MOST_BYTES)
+    path, text = table
     lines = csv.reader(text.splitlines())
     rows: list[tuple[int, list[str]]] = []
     try:
@@ -195,7 +192,7 @@ def _lines_of(path: Path, head: str) -> list[tuple[int, list[str]]]:
 
 
 def _units(
-    path: Path, line: int, cells: list[str], wanted: Sequence[tuple[str, Dimension]], head: str
+    path: str, line: int, cells: list[str], wanted: Sequence[tuple[str, Dimension]], head: str
 ) -> tuple[str, str]:
     """Return the units of the two columns that the head of a table names."""
     if len(cells) != 2:
@@ -224,7 +221,7 @@ def _value(number: float, unit: str, dimension: Dimension) -> float:
     return parse(number if dimension == "strain" and unit == "1" else f"{number!r} {unit}", dimension)
 
 
-def _point(path: Path, line: int, cells: list[str], units: tuple[str, str], kind: Control) -> tuple[float, float]:
+def _point(path: str, line: int, cells: list[str], units: tuple[str, str], kind: Control) -> tuple[float, float]:
     """Return time [s] and level of a line."""
     time, value = _numbers(path, line, cells, units, ("time", MEASURES[kind]), "a time and a level")
     try:
@@ -238,7 +235,7 @@ def _point(path: Path, line: int, cells: list[str], units: tuple[str, str], kind
 
 
 def _numbers(
-    path: Path, line: int, cells: list[str], units: tuple[str, str], kinds: tuple[Dimension, Dimension], names: str
+    path: str, line: int, cells: list[str], units: tuple[str, str], kinds: tuple[Dimension, Dimension], names: str
 ) -> tuple[float, float]:
     """Return the two numbers of a line in SI."""
     if len(cells) != 2:
@@ -256,7 +253,7 @@ def _numbers(
     return first, second
 
 
-def _require_rising(path: Path, lines: list[int], times: list[float]) -> None:
+def _require_rising(path: str, lines: list[int], times: list[float]) -> None:
     """Raise unless times rise strictly from 0."""
     if times[0] != 0.0:
         raise _refusal(path, lines[0], [], 0, f"{times[0]:g} s", "0 s: the step begins there")
@@ -265,10 +262,10 @@ def _require_rising(path: Path, lines: list[int], times: list[float]) -> None:
             raise _refusal(path, line, [], 0, f"{time:g} s", f"a time above {before:g} s, that before it")
 
 
-def _refusal(path: Path, line: int, cells: list[str], column: int, found: str, expected: str) -> ProtocolError:
+def _refusal(path: str, line: int, cells: list[str], column: int, found: str, expected: str) -> ProtocolError:
     """Return an error at a cell of a table."""
     spot = Spot(line=max(line, 1), column=1 + sum(len(cell) + 1 for cell in cells[:column]))
-    return ProtocolError(str(path), spot, "table", found, expected)
+    return ProtocolError(path, spot, "table", found, expected)
 
 
 def _head_of(kind: Control) -> str:

@@ -112,6 +112,18 @@ def allowed(dimension: Dimension) -> str:
     return _DIMENSIONS[dimension][2]
 
 
+def units_of(*dimensions: Dimension) -> list[str]:
+    """Return the usual units of some dimensions, each in one spelling.
+
+    Examples
+    --------
+    >>> units_of("length")
+    ['m', 'cm', 'mm', 'µm', 'nm']
+    """
+    every = [unit for dimension in dimensions for unit in COMMON[dimension]]
+    return [unit for unit in every if not re.match(r"[uμ/]|.*\*", unit)]
+
+
 def parse(text: object, dimension: Dimension, field: str = "quantity") -> float:
     """Return a quantity in SI.
 

@@ -1,6 +1,6 @@
 """Single values of a user's YAML: quantities, stitch values, switches."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, cast
@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, GetJsonSchemaHandler, PlainValidator, With
 from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError
 
 from app.schemas.errors import shown
-from app.schemas.units import Dimension, allowed, parse
+from app.schemas.units import Dimension, allowed, parse, units_of
 from knitlab_core.errors import SpecificationError, UnitError
 from rigs.protocol.catalogue import CATALOGUE
 from rigs.protocol.targets import Bound, ForceRate, Rate, StrainRate
@@ -139,9 +139,13 @@ def _label(value: object) -> object:
     return shown(value) if isinstance(value, int | float) else value
 
 
+UNITS: Final = "x-units"
+"""Keyword of the JSON Schema for the units that a quantity may have."""
+
+
 def _text_schema(dimension: Dimension) -> WithJsonSchema:
     """Return the JSON Schema of a quantity."""
-    return WithJsonSchema({"type": "string", "description": allowed(dimension)})
+    return WithJsonSchema({"type": "string", "description": allowed(dimension), UNITS: units_of(dimension)})
 
 
 def _rig_name(value: object) -> str:
@@ -151,14 +155,26 @@ def _rig_name(value: object) -> str:
     return value
 
 
-class _RigNames:
-    """JSON Schema of the names of rigs, those that were registered among them."""
+@dataclass(frozen=True, slots=True)
+class Names:
+    """Names in the JSON Schema of a text, those that were registered among them.
+
+    Attributes
+    ----------
+    names : Callable
+        Returns them when the schema is asked for.
+    keyword : {'enum', 'examples'}
+        Whether the text is one of them, or may be another.
+    """
+
+    names: Callable[[], Iterable[str]]
+    keyword: Literal["enum", "examples"]
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {**handler(schema), "enum": list(CATALOGUE)}
+        return {**handler(schema), self.keyword: list(self.names())}
 
 
-AnyRig = Annotated[str, BeforeValidator(_rig_name), _RigNames()]
+AnyRig = Annotated[str, BeforeValidator(_rig_name), Names(lambda: CATALOGUE, "enum")]
 Length = Annotated[float, BeforeValidator(partial(_quantity, "length")), _text_schema("length")]
 Time = Annotated[float, BeforeValidator(partial(_quantity, "time")), _text_schema("time")]
 Force = Annotated[float, BeforeValidator(partial(_quantity, "force")), _text_schema("force")]
@@ -172,33 +188,43 @@ Frequency = Annotated[float, BeforeValidator(partial(_quantity, "frequency")), _
 Strain = Annotated[
     float,
     BeforeValidator(partial(_quantity, "strain")),
-    WithJsonSchema({"type": ["number", "string"], "description": allowed("strain")}),
+    WithJsonSchema({"type": ["number", "string"], "description": allowed("strain"), UNITS: units_of("strain")}),
 ]
 
 
 def _bound_schema(dimension: Dimension) -> WithJsonSchema:
     """Return the JSON Schema of a level with its side."""
     kinds = ["number", "string"] if dimension == "strain" else "string"
-    return WithJsonSchema({"type": kinds, "description": bounds(dimension)})
+    return WithJsonSchema({"type": kinds, "description": bounds(dimension), UNITS: units_of(dimension)})
 
 
 ForceBound = Annotated[float | Bound, PlainValidator(partial(_bound, "force")), _bound_schema("force")]
 StrainBound = Annotated[float | Bound, PlainValidator(partial(_bound, "strain")), _bound_schema("strain")]
 LengthBound = Annotated[float | Bound, PlainValidator(partial(_bound, "length")), _bound_schema("length")]
 Every = Annotated[
-    float | Literal["off"], PlainValidator(_every), WithJsonSchema({"type": "string", "description": EVERY})
+    float | Literal["off"],
+    PlainValidator(_every),
+    WithJsonSchema({"type": "string", "description": EVERY, UNITS: units_of("time")}),
 ]
-AnyRate = Annotated[Rate, PlainValidator(_rate), WithJsonSchema({"type": "string", "description": RATE})]
+AnyRate = Annotated[
+    Rate,
+    PlainValidator(_rate),
+    WithJsonSchema({"type": "string", "description": RATE, UNITS: units_of(*(dimension for dimension, _ in _RATES))}),
+]
 Level = Annotated[
     float | str,
     PlainValidator(_level),
-    WithJsonSchema({"type": ["number", "string"], "description": LEVEL}),
+    WithJsonSchema({"type": ["number", "string"], "description": LEVEL, UNITS: units_of("strain", "length", "force")}),
 ]
-StitchValue = Annotated[Measure, PlainValidator(_measure), WithJsonSchema({"type": ["number", "string"]})]
+StitchValue = Annotated[
+    Measure,
+    PlainValidator(_measure),
+    WithJsonSchema({"type": ["number", "string"], UNITS: units_of("length")}),
+]
 Label = Annotated[str, BeforeValidator(_label), WithJsonSchema({"type": ["string", "number"]})]
 LaidIn = Annotated[
     float | Literal["relaxed"],
     PlainValidator(_laid_in),
-    WithJsonSchema({"type": "string", "description": LAID_IN}),
+    WithJsonSchema({"type": "string", "description": LAID_IN, UNITS: units_of("length"), "examples": ["relaxed"]}),
 ]
 Switch = Annotated[bool, BeforeValidator(_switch), WithJsonSchema({"enum": ["on", "off", True, False]})]

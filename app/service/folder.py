@@ -2,6 +2,7 @@
 
 protocol.yaml, spec.json  what was asked, for people and for the process
 run/                      the run folder: run.h5, checkpoint, logs, plots
+figures.json              what the test came to: moduli, loop areas, cost
 rows.jsonl                one line per equilibrium, as they come
 progress.json             how far it is; replaced whole
 job.log                   what the process said
@@ -15,7 +16,7 @@ import json
 import os
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.file_lock import held, holder
 from app.plain_data import from_data
@@ -23,9 +24,12 @@ from app.records.folder import write_whole
 from app.service.jobs import JobSpec, Progress
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+
+FIGURES: Final = "figures.json"
+"""Name of the file of a job's figures."""
 
 _DataT = TypeVar("_DataT", JobSpec, Progress, "Result")
 
@@ -111,6 +115,18 @@ class JobFolder:
                 if number >= since:
                     found.append(json.loads(line))
         return found
+
+    def write_figures(self, figures: Sequence[tuple[str, float, str]]) -> None:
+        """Write the figures of the test: name, value, unit of each."""
+        rows = [{"name": name, "value": value, "unit": unit} for name, value, unit in figures]
+        write_whole(self.path / FIGURES, [json.dumps(rows).encode()])
+
+    def figures(self) -> list[dict[str, Any]] | None:
+        """Return the figures of the test, each with ``name``, ``value`` and ``unit``; None before its end."""
+        try:
+            return list(json.loads((self.path / FIGURES).read_bytes()))
+        except FileNotFoundError:
+            return None
 
     def write_result(self, result: Result) -> None:
         """Write how the job ended; the first result stays."""

@@ -106,6 +106,7 @@ def _attempt(files: JobFolder, stop: Event | None) -> None:
         raise SystemExit(1) from error
     else:
         failed = ended.outcome == "diverged"
+        files.write_figures(ended.figures)
         _end(files, Result(end=ended.outcome, message=ended.message, failed=failed))
 
 

@@ -61,6 +61,8 @@ class JobSpec:
         Most memory that its process may hold [bytes].
     pictures : bool
         Whether the plot and the pictures of the knit are drawn; a large sweep may do without.
+    point : mapping of str to scalar
+        Values of the parameters that its sweep varies; empty of a job that is no point of one.
     """
 
     name: str
@@ -69,6 +71,7 @@ class JobSpec:
     timeout: float | None = None
     memory: int | None = 8 * GIBIBYTE
     pictures: bool = True
+    point: Mapping[str, str | float | bool] = field(default_factory=dict)
 
     def text(self) -> str:
         """Return the specification as JSON."""
@@ -158,6 +161,50 @@ class Page:
     cursor: str | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sweep:
+    """State of a sweep at one moment.
+
+    Attributes
+    ----------
+    id, name : str
+        Its id in this store, and the name of its first job, without the number of the job.
+    created : datetime
+        When it was accepted, in UTC.
+    counts : mapping of State to int
+        How many of its jobs are in each state.
+    """
+
+    id: str
+    name: str
+    created: datetime
+    counts: Mapping[State, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepPage:
+    """Some sweeps, newest first, and the cursor of the next page; None at the end."""
+
+    sweeps: tuple[Sweep, ...]
+    cursor: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointPage:
+    """Some jobs of a sweep with their specifications, oldest first, and the cursor of the next page."""
+
+    points: tuple[tuple[Job, JobSpec], ...]
+    cursor: str | None
+
+
+class UnknownSweepError(KnitlabError):
+    """No job is of a sweep of this id."""
+
+    def __init__(self, sweep: str) -> None:
+        super().__init__(f"sweep {sweep!r}: there is none")
+        self.sweep = sweep
+
+
 class JobStore(Protocol):
     """Store of jobs; every method may be called from any thread."""
 
@@ -193,6 +240,24 @@ class JobStore(Protocol):
 
     def counts(self, sweep: str | None = None) -> dict[State, int]:
         """Return how many jobs are in each state."""
+        ...
+
+    def sweeps(self, limit: int = 50, cursor: str | None = None) -> SweepPage:
+        """Return a page of sweeps, newest first."""
+        ...
+
+    def sweep(self, sweep: str) -> Sweep:
+        """Return a sweep.
+
+        Raises
+        ------
+        UnknownSweepError
+            If no job is of it.
+        """
+        ...
+
+    def points(self, sweep: str, limit: int = 200, cursor: str | None = None) -> PointPage:
+        """Return a page of the jobs of a sweep, in the order in which they were accepted."""
         ...
 
     def cancel(self, job: str) -> Job:

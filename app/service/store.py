@@ -14,7 +14,20 @@ import sqlalchemy as sa
 from app.service.deletion import delete
 from app.service.deliveries import SINGLE, SWEEP, delivery_id, enqueue, enqueue_alike, open_client
 from app.service.folder import JobFolder, read_as
-from app.service.jobs import STATES, Job, JobSpec, KeyReusedError, Page, Progress, State, UnknownJobError
+from app.service.jobs import (
+    STATES,
+    Job,
+    JobSpec,
+    KeyReusedError,
+    Page,
+    PointPage,
+    Progress,
+    State,
+    Sweep,
+    SweepPage,
+    UnknownJobError,
+)
+from app.service.sweeps import get_sweep, list_sweeps, rows_of_sweep
 from app.service.tables import AWAY, CANCELLED, first_line, hold, jobs, keys, make_tables, open_engine
 from knitlab_core.errors import KnitlabError
 
@@ -146,6 +159,19 @@ class Store:
         with self.engine.begin() as connection:
             found = {row[0]: int(row[1]) for row in connection.execute(query)}
         return {state: found.get(state, 0) for state in STATES}
+
+    def sweeps(self, limit: int = 50, cursor: str | None = None) -> SweepPage:
+        """Return a page of sweeps, newest first."""
+        return list_sweeps(self.engine, max(1, min(limit, _LARGEST_PAGE)), cursor)
+
+    def sweep(self, sweep: str) -> Sweep:
+        """Return a sweep."""
+        return get_sweep(self.engine, sweep)
+
+    def points(self, sweep: str, limit: int = 200, cursor: str | None = None) -> PointPage:
+        """Return a page of the jobs of a sweep, in the order in which they were accepted."""
+        rows, after = rows_of_sweep(self.engine, sweep, max(1, min(limit, _LARGEST_PAGE)), cursor)
+        return PointPage(points=tuple((self._job(row), read_as(JobSpec, row.spec)) for row in rows), cursor=after)
 
     def cancel(self, job: str) -> Job:
         """Ask a job to end."""

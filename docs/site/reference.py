@@ -109,7 +109,11 @@ def _table(name: str, part: dict[str, Any], known: Worked) -> str:
     rows = ["| field | what it is | example | default |", "|---|---|---|---|"]
     needed, long = part.get("required", []), []
     for field, value in part["properties"].items():
-        what = str(value.get("description", value.get("const", ""))).replace("|", "\\|").replace("\n", " ")
+        title = value.get("title")
+        said = ": ".join(
+            filter(None, [title if title != field else None, value.get("description", value.get("const"))])
+        )
+        what = said.replace("|", "\\|").replace("\n", " ")
         default = "must be said" if field in needed else _default(value.get("default"))
         example = "none yet"  # a test asks for one
         if (name, field) in known.fields:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+
 from knitlab_core.knits import (
     BoundEdges,
     Fabric,
@@ -154,6 +156,12 @@ def _gap(specimen: Specimen, axis: Axis, fixtures: Mapping[Axis, Fixture]) -> fl
     return clamp_nodes(specimen, FACE[axis], clamped_axes(fixtures)).gap
 
 
+def _breadth(specimen: Specimen, axis: Direction) -> float:
+    """Return how broad the yarn of a specimen is along an axis, its size where nothing holds it [m]."""
+    along = specimen.centreline.position(specimen.arc_lengths / specimen.loop_width)[:, COORDINATE[axis]]
+    return float(np.ptp(along)) * specimen.loop_width + 2.0 * specimen.radius
+
+
 def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fixture] | None = None) -> SpecimenSize:
     """Return the extents of a specimen; a planar one has the thickness that is agreed [m]."""
     lengths = gauge_lengths(specimen, fixtures)
@@ -163,8 +171,9 @@ def size_of(specimen: Specimen, *, thickness: float, fixtures: Mapping[Axis, Fix
         return SpecimenSize(
             extents={**lengths, "W": side, "P": side}, fibre_radius=specimen.radius, convention="specimen"
         )
+    free: tuple[Direction, ...] = tuple(axis for axis in ("C", "W") if axis not in lengths)
     return SpecimenSize(
-        extents={"P": thickness, **lengths},
+        extents={"P": thickness, **lengths, **{axis: _breadth(specimen, axis) for axis in free}},
         fibre_radius=specimen.radius,
         convention="specimen" if "P" in lengths else "unit",
     )

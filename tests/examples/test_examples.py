@@ -252,6 +252,7 @@ def test_every_example_is_tested() -> None:
         "design/design_cell.yaml",
         "filament.yaml",
         "preloaded_course.yaml",
+        "serpentine_small.yaml",
         "shear_cell.yaml",
         "volumetric_cell.yaml",
         "yarn_small.yaml",

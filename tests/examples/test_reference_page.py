@@ -43,6 +43,6 @@ def test_its_own_examples_can_be_carried_out(path: Path) -> None:
 def test_the_pages_show_a_step_as_a_file_has_it() -> None:
     page = pages()["reference/protocol.md"]
     part = page.partition("## Until rupture\n")[2].partition("\n## ")[0]
-    assert "| `drop` | a share of the peak, such as 60 % | `60 %` | 0.6 |" in part
+    assert "| `drop` | fall of the force from its peak: a share of the peak, such as 60 % | `60 %` | 0.6 |" in part
     assert "until_rupture:\n  axes: [C]" in part
     assert "below" not in part.partition("For example")[0]

@@ -32,5 +32,11 @@ import knitlab as kl
 home = Path(kl.__file__)
 assert not home.is_relative_to(sys.argv[1]) or ".venv-installed" in home.parts, home
 run = kl.open_run("run")
+
+from app.service.api.library import examples, examples_folder, texts_of_example
+
+assert examples_folder() == home.parent.parent / "app" / "examples", examples_folder()
+_, materials, files = texts_of_example("fabric/rib_course")
+assert materials and len(examples()) > 50, len(examples())
 print(home.parent, "reads a run that ended by", run.outcome.end)
 PYTHON

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from shutil import copyfile
 from typing import TYPE_CHECKING
 
@@ -10,9 +11,11 @@ import pytest
 from app.client import Client, ServiceError
 from app.records.export import export_log
 from app.records.reader import read_run
+from app.schemas import loads, to_yaml
 from app.service.api.bounds import Bounds
 from app.service.folder import JobFolder
 from app.service.jobs import Job, JobSpec
+from app.service.row_file import restore
 from app.views.overlay import compare
 from rigs.analysis.alignment import Alignment
 from tests.service.serving import problem
@@ -115,6 +118,45 @@ def test_the_client_lays_a_file_over_a_job(
     measured = next(one for one in found.curves if one.measured)
     assert (found.across, found.along, measured.name) == ("strain", "stress", log.name)
     assert len(measured.x) == len(measured.y) > 10
+
+
+def test_the_curves_of_a_job_are_its_rows(http: httpx.Client, store: Store, done: Job, record: Path) -> None:
+    rows = store.files(done.id).rows_file
+    run = read_run(record)
+    restore(rows, run)
+    found = http.get(f"/v1/jobs/{done.id}/curves").json()
+    columns = run.trace.columns
+    assert found["rows"] == len(run.trace)
+    assert found["cycle"] == columns["cycle"].tolist()
+    for axis in ("C", "W"):
+        assert found["force"][axis] == columns[f"force_{axis}"].tolist()
+        assert found["strain"][axis] == pytest.approx(columns[f"displacement_{axis}"] / run.size.extents[axis])
+        assert found["stress"][axis] == pytest.approx(columns[f"force_{axis}"] / found["section"][axis])
+    # Of a long test what can be seen is sent: ends and extremes, in order.
+    line = '{{"time": {0}, "cycle": 1, "strain": {{"C": {0}, "W": 0}}, "force": {{"C": {1}, "W": {2}}}}}\n'
+    force = [(math.sin(k / 900) + (9.0 if k == 7777 else 0.0), -5.0 if k == 12345 else 0.0) for k in range(20_000)]
+    rows.write_text("".join(line.format(k, *both) for k, both in enumerate(force)) + '{"time": 1')
+    found = http.get(f"/v1/jobs/{done.id}/curves").json()
+    assert found["rows"] == 20_000
+    assert 1000 < len(found["time"]) <= 4200
+    assert found["time"] == sorted(found["time"])
+    assert (found["time"][0], found["time"][-1]) == (0, 19_999)
+    assert (max(found["force"]["C"]), min(found["force"]["W"])) == (max(one for one, _ in force), -5.0)
+
+
+def test_the_figures_and_the_protocol_of_a_job(http: httpx.Client, store: Store, done: Job, protocol: str) -> None:
+    problem(http.get(f"/v1/jobs/{done.id}/figures"), 409, "not-ready")
+    store.files(done.id).write_figures([("loop area", 2.5, "J/m3")])
+    found = http.get(f"/v1/jobs/{done.id}/figures").json()["figures"]
+    assert found == [{"name": "loop area", "value": 2.5, "unit": "J/m3"}]
+    # As it was sent; what came as JSON is written as people write it.
+    assert http.get(f"/v1/jobs/{done.id}/protocol").json() == {"name": "made", "protocol": protocol, "materials": ""}
+    sent = http.post("/v1/sweeps", json={"protocol": protocol, "values": {"peak": ["5 %"]}}).json()["jobs"][0]["id"]
+    text = http.get(f"/v1/jobs/{sent}/protocol").json()["protocol"]
+    assert "\n  loops: [2, 2]\n" in text
+    assert to_yaml(loads(text).protocol) == to_yaml(loads(store.spec(sent).protocol).protocol)
+    for part in ("curves", "figures", "protocol"):
+        problem(http.get(f"/v1/jobs/none/{part}"), 404, "unknown")
 
 
 def test_one_axis_and_another_cycle(http: httpx.Client, done: Job, log: Path) -> None:

@@ -19,6 +19,7 @@ from app.service.api.concurrency import Turns
 from app.service.api.context import Context
 from app.service.api.documents import EXAMPLE_JSON, EXAMPLE_SWEEP
 from app.service.api.sweeping import swept
+from app.service.folder import JobFolder
 from tests.service.lab import PATIENCE
 from tests.service.serving import problem, served
 from tests.service.test_rest import YAML
@@ -196,7 +197,7 @@ def test_materials_are_read_once_for_a_whole_sweep(protocol: str, monkeypatch: p
         read.append(document.text)
         return to_materials(document)
 
-    monkeypatch.setattr("app.schemas.loading.to_materials", counted)
+    monkeypatch.setattr("app.schemas.named_files.to_materials", counted)
     entries = "".join(
         f"  m{k}: {{young_modulus: {{value: 1 GPa, source: s}}, poisson_ratio: {{value: 0.4, source: s}}}}\n"
         for k in range(9)
@@ -224,6 +225,77 @@ def test_sweeps_that_wait_are_bounded_and_hold_up_nothing_else(store: Store, pro
         assert httpx.get(f"{at}/v1/rigs").status_code == 200
         context.sweeping.limiter.total_tokens = 1
         assert sum(one.result().status_code == 202 for one in asked) == context.sweeping.most
+
+
+def own_sweep(protocol: str, line: str) -> dict[str, str]:
+    """Return the body of a protocol with a sweep, or a design, of its own."""
+    return {"protocol": protocol.replace("steps:", f"{line}\nsteps:")}
+
+
+def test_a_sweep_is_planned_as_its_jobs_are(http: httpx.Client, store: Store, protocol: str) -> None:
+    body = own_sweep(protocol, "sweep: {peak: [5 %, 10 %]}")
+    before = sum(store.counts().values())
+    plan = http.post("/v1/sweeps:validate", json=body).json()
+    assert sum(store.counts().values()) == before
+    assert (plan["count"], plan["looked_at"]) == (2, 2)
+    assert [one["values"] for one in plan["points"]] == [{"peak": "5 %"}, {"peak": "10 %"}]
+    jobs = http.post("/v1/sweeps", json=body).json()["jobs"]
+    ones = [
+        http.post("/v1/protocols:validate", content=store.spec(job["id"]).protocol, headers=YAML).json() for job in jobs
+    ]
+    for total in ("duration_s", "rows", "log_bytes"):
+        assert plan[total] == pytest.approx(sum(one[total] for one in ones))
+        assert [one[total] for one in plan["points"]] == [one[total] for one in ones]
+    assert plan["first"] == ones[0]
+    # Of many the first are looked at, the rest are like them.
+    many = http.post("/v1/sweeps:validate", json=own_sweep(protocol, "sample: {points: 3000, of: {peak: [5 %, 10 %]}}"))
+    assert many.json()["count"] == 3000
+    assert many.json()["looked_at"] == len(many.json()["points"]) < 3000
+    assert many.json()["duration_s"] == pytest.approx(1500 * plan["duration_s"], rel=0.02)
+
+
+def test_a_sweep_where_one_test_is_wanted_is_told_so(http: httpx.Client, protocol: str) -> None:
+    swept_text = own_sweep(protocol, "sweep: {peak: [5 %, 10 %]}")["protocol"]
+    for route in ("/v1/protocols:validate", "/v1/jobs"):
+        found = problem(http.post(route, content=swept_text, headers=YAML), 422, "swept")
+        assert found["errors"][0]["pointer"] == "/sweep"
+        assert "knitlab sweep" not in found["detail"]
+    # A mistake of its own sweep has a line.
+    for line in ("sweep: {speed: [5 %, 10 %]}", "sample: {points: 3, of: {speed: [5 %, 10 %]}}"):
+        body = own_sweep(protocol, line)
+        (place,) = http.post("/v1/sweeps:validate", json=body).json()["errors"]
+        assert body["protocol"].splitlines()[place["line"] - 1] == line
+        assert line[place["column"] - 1 :].startswith("speed")
+
+
+def test_sweeps_are_listed_and_one_is_a_table(http: httpx.Client, store: Store, protocol: str) -> None:
+    body = own_sweep(protocol, "sample: {points: 3, of: {peak: [5 %, 10 %]}}")
+    sent = http.post("/v1/sweeps", json=body).json()
+    other = http.post("/v1/sweeps", json={"protocols": [EXAMPLE_JSON]}).json()["sweep"]
+    first, _, last = sent["jobs"]
+    http.post(f"/v1/jobs/{last['id']}/cancel")
+    files = JobFolder(store.folder(first["id"]))
+    files.path.mkdir(parents=True)
+    files.write_figures([("loop area", 2.5, "J/m3")])
+    page = http.get("/v1/sweeps", params={"limit": 1}).json()
+    assert page["sweeps"][0]["id"] == other
+    page = http.get("/v1/sweeps", params={"limit": 1, "cursor": page["cursor"]}).json()
+    (listed,) = page["sweeps"]
+    assert (listed["id"], listed["name"]) == (sent["sweep"], "biaxial_small")
+    assert {state: count for state, count in listed["counts"].items() if count} == {"queued": 2, "cancelled": 1}
+    table = http.get(f"/v1/sweeps/{sent['sweep']}").json()
+    assert table["sweep"] == listed
+    assert (table["parameters"], table["figures"]) == (["peak"], [{"name": "loop area", "unit": "J/m3"}])
+    assert [one["job"]["name"] for one in table["points"]] == [job["name"] for job in sent["jobs"]]
+    assert [one["figures"] for one in table["points"]] == [[2.5], [], []]
+    peaks = [float(one["values"]["peak"].removesuffix(" %")) for one in table["points"]]
+    assert len(set(peaks)) == 3
+    assert all(5.0 <= peak <= 10.0 for peak in peaks)
+    rest = http.get(f"/v1/sweeps/{sent['sweep']}", params={"limit": 2}).json()
+    rest = http.get(f"/v1/sweeps/{sent['sweep']}", params={"limit": 2, "cursor": rest["cursor"]}).json()
+    assert [one["job"]["id"] for one in rest["points"]] == [last["id"]]
+    assert rest["cursor"] is None
+    problem(http.get("/v1/sweeps/none"), 404, "unknown")
 
 
 @pytest.mark.slow

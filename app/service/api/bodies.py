@@ -1,19 +1,23 @@
-"""Request bodies: a protocol as YAML or JSON, alone or in an envelope with its name and materials."""
+"""Request bodies: a protocol as YAML or JSON, alone or in an envelope with its name, materials and files."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, NoReturn
 
 from app.schemas import loads
-from app.schemas.document import MAX_DEPTH
+from app.schemas.document import MAX_DEPTH, text_of
+from app.schemas.errors import shown
+from app.schemas.files_beside import is_plain
+from app.service.api.documents import MOST_FILES
 from app.service.api.problems import ProblemError, beyond, refused
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
 
     from fastapi import Request
 
@@ -25,13 +29,16 @@ PATH: Final = "protocol"
 PATIENCE: Final = 30.0
 """Time a body may take to arrive [s]."""
 
+LONGEST_NAME: Final = 200
+"""Length of the name of such a file [characters]."""
+
 _KINDS: Final[dict[str, Literal["json", "yaml"]]] = {
     "application/json": "json",
     "application/yaml": "yaml",
     "application/x-yaml": "yaml",
     "text/yaml": "yaml",
 }
-_ENVELOPE: Final = {"protocol", "name", "materials"}
+_ENVELOPE: Final = {"protocol", "name", "materials", "files"}
 
 
 class Raw(NamedTuple):
@@ -53,6 +60,8 @@ class Submission:
         Name of a protocol that gives itself none.
     materials : str
         The YAML of the file that it names under `materials`; empty for none.
+    files : Mapping
+        Texts of the centreline and the tables that it names, by their names.
     lined : bool
         Whether lines and columns of the text are the user's own.
     """
@@ -60,12 +69,13 @@ class Submission:
     text: str
     name: str = "test"
     materials: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
     lined: bool = True
 
     @property
     def size(self) -> int:
         """Return the length of its texts [characters]."""
-        return len(self.text) + len(self.materials)
+        return len(self.text) + len(self.materials) + sum(map(len, self.files.values()))
 
     def load(self) -> Loaded:
         """Return the protocol.
@@ -76,9 +86,9 @@ class Submission:
             For whatever is wrong with it.
         """
         try:
-            return loads(self.text, PATH, name=self.name, materials=self.materials)
+            return loads(self.text, PATH, name=self.name, materials=self.materials, files=self.files)
         except SpecificationError as error:
-            raise refused(error, lined=self.lined) from error
+            raise refused(error, lined=self.lined, path=PATH) from error
 
 
 async def read_raw(request: Request, bound: int) -> Raw:
@@ -158,8 +168,8 @@ def parse_json(text: str) -> Any:  # noqa: ANN401 (whatever JSON holds)
 def submission(raw: Raw, name: str) -> Submission:
     """Return the protocol in a body.
 
-    JSON holds the protocol itself, or `{protocol, name, materials}` with the protocol and its materials file as
-    texts, or the protocol as an object.
+    JSON holds the protocol itself, or `{protocol, name, materials, files}` with the protocol and the files that it
+    names as texts, or the protocol as an object.
 
     Raises
     ------
@@ -178,14 +188,17 @@ def submitted(data: Any, name: str) -> Submission:  # noqa: ANN401 (whatever JSO
     for key, value in data.items():
         if key not in _ENVELOPE:
             raise _wrong(key, "an unknown field", ", ".join(sorted(_ENVELOPE)))
-        if not isinstance(value, str) and not (key == "protocol" and isinstance(value, dict)):
-            raise _wrong(key, "a value of another kind", "a text")
+        if not isinstance(value, dict if key == "files" else str) and not (
+            key == "protocol" and isinstance(value, dict)
+        ):
+            raise _wrong(key, "a value of another kind", "texts by name" if key == "files" else "a text")
     protocol = data["protocol"]
     lined = isinstance(protocol, str)
     return Submission(
         text=protocol if lined else written(protocol),
         name=data.get("name", name),
         materials=data.get("materials", ""),
+        files=_files(data.get("files", {})),
         lined=lined,
     )
 
@@ -193,6 +206,40 @@ def submitted(data: Any, name: str) -> Submission:  # noqa: ANN401 (whatever JSO
 def written(data: object) -> str:
     """Return data as text that both JSON and YAML read the same way."""
     return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+
+
+def _files(sent: Mapping[str, Any]) -> dict[str, str]:
+    """Return the files of an envelope; their names are looked up in it alone, never on a disk."""
+    if len(sent) > MOST_FILES:
+        raise beyond("files", len(sent), MOST_FILES, pointer="/files")
+    texts: dict[str, str] = {}
+    for name, text in sent.items():
+        path = PurePosixPath(name)
+        if not is_plain(name) or not name.isprintable() or len(name) > LONGEST_NAME or path.suffix != ".csv":
+            allowed = f"a name such as my-knit.csv, of {LONGEST_NAME} characters at most; materials go under materials"
+            raise _wrong("files", shown(name[:LONGEST_NAME]), allowed)
+        if not isinstance(text, str) or str(path) in texts:
+            again = "the same file twice" if isinstance(text, str) else "a value of another kind"
+            raise _wrong("files", f"{again}, {shown(name)}", "a text")
+        texts[str(path)] = text
+    return texts
+
+
+def field_of_file(path: str) -> str:
+    """Return the pointer to the field of an envelope that holds a file which the protocol names."""
+    name = path.replace("~", "~0").replace("/", "~1")
+    return f"/files/{name}" if path.endswith(".csv") else "/materials"
+
+
+def as_yaml(text: str) -> str:
+    """Return a protocol's text as people write it: JSON as YAML, any other text as it is."""
+    if not text.lstrip().startswith("{"):
+        return text
+    try:
+        return text_of(parse_json(text), compact=True)
+    except (ProblemError, SpecificationError):
+        # YAML too may begin with a brace.
+        return text
 
 
 def _wrong(key: str, found: str, allowed: str) -> ProblemError:

@@ -18,7 +18,7 @@ from app.service.api.metrics import CountRequests, Metrics
 from app.service.api.models import Problem
 from app.service.api.pages import Console, documentation
 from app.service.api.problems import add_problem_handlers
-from app.service.api.routes import events, files, frames, health, jobs, laboratory, results, sweeps
+from app.service.api.routes import events, files, frames, health, jobs, laboratory, library, results, sweeps
 from app.version import version_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def create_app(context: Context) -> FastAPI:
     add_problem_handlers(app)
     add_fault_handlers(app)
     app.include_router(health.router)
-    for part in (laboratory, jobs, sweeps, events, files, frames, results):
+    for part in (laboratory, library, jobs, sweeps, events, files, frames, results):
         app.include_router(part.router, dependencies=[Depends(admit)])
     app.openapi = lambda: _openapi(app, guarded=context.token is not None)  # type: ignore[method-assign]  # FastAPI's own way to extend it
     app.get("/docs", include_in_schema=False, response_class=HTMLResponse)(documentation)

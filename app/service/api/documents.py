@@ -7,6 +7,9 @@ from typing import Any, Final
 
 from app.schemas import json_schema
 
+MOST_FILES: Final = 16
+"""Files that may come with a protocol, beside that of its materials."""
+
 EXAMPLE_YAML: Final = """\
 schema: knitlab/protocol@1
 name: biaxial_small
@@ -53,6 +56,12 @@ _ENVELOPE: Final = {
         "protocol": {"anyOf": [{"type": "string", "description": "the protocol's YAML"}, _REF]},
         "name": {"type": "string", "description": "name of a protocol that gives itself none"},
         "materials": {"type": "string", "description": "the YAML of the file that it names under `materials`"},
+        "files": {
+            "type": "object",
+            "description": "texts of the CSV files that it names, by their names: a centreline, tables",
+            "maxProperties": MOST_FILES,
+            "additionalProperties": {"type": "string"},
+        },
     },
 }
 

@@ -18,6 +18,7 @@ class Place(Answer):
     pointer: str | None = Field(default=None, description="JSON pointer (RFC 6901) into the protocol")
     line: int | None = Field(default=None, description="line of the YAML text, from 1")
     column: int | None = Field(default=None, description="column of the YAML text, from 1")
+    file: str | None = Field(default=None, description="name of the file beside the protocol that it is in")
     parameter: str | None = Field(default=None, description="name of the parameter of the request")
     bound: int | None = Field(default=None, description="the bound that was passed")
 
@@ -164,6 +165,7 @@ class PlanView(Answer):
     strokes: list[StrokeView]
     duration_s: float
     rows: int
+    log_bytes: float = Field(description="about how large the files of the log will be [bytes]")
     largest_strain: float | None
     budget: BudgetView | None
     fibre_strain: float | None = Field(
@@ -225,12 +227,12 @@ class JobPage(Answer):
     counts: dict[State, int] = Field(description="how many jobs there are in each state, of the sweep if one is named")
 
 
-class SweepView(Answer):
-    """The jobs of a sweep."""
+class ProtocolTextView(Answer):
+    """The protocol of a job and the materials file that it names, as texts of YAML."""
 
-    sweep: str
-    count: int
-    jobs: list[JobView]
+    name: str
+    protocol: str
+    materials: str
 
 
 class FileView(Answer):

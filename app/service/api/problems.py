@@ -17,7 +17,8 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match, Mount
 
 from app.schemas import ProtocolError
-from app.service.jobs import KeyReusedError, NotEndedError, UnknownJobError
+from app.schemas.errors import SweptProtocolError
+from app.service.jobs import KeyReusedError, NotEndedError, UnknownJobError, UnknownSweepError
 from knitlab_core.errors import KnitlabError, SpecificationError
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ KINDS: Final[Mapping[str, Kind]] = MappingProxyType(
         "media-type": Kind(415, "The body is of another kind"),
         "range": Kind(416, "The range is not in the file"),
         "invalid-protocol": Kind(422, "The protocol is not valid"),
+        "swept": Kind(422, "The protocol is a sweep"),
         "invalid-request": Kind(422, "The request is not valid"),
         "beyond-bound": Kind(422, "Beyond a bound of this service"),
         "key-used": Kind(422, "The idempotency key stands for another body"),
@@ -116,13 +118,28 @@ def pointer_of(field: str) -> str:
     return "".join(f"/{part}" for part in parts)
 
 
-def refused(error: SpecificationError, *, lined: bool) -> ProblemError:
-    """Return the problem of a protocol: JSON pointers, and lines and columns where the user wrote text (`lined`)."""
-    every = [error, *error.more]
-    detail = _detail(error)
-    if lined and isinstance(error, ProtocolError):
-        detail = f"line {error.spot.line}, column {error.spot.column}: {detail}"
-    return ProblemError("invalid-protocol", detail, errors=[_place(one, lined=lined) for one in every[:MOST_MISTAKES]])
+def refused(error: SpecificationError, *, lined: bool, path: str = "") -> ProblemError:
+    """Return the problem of a protocol: JSON pointers, and lines and columns where the user wrote text.
+
+    Parameters
+    ----------
+    error : SpecificationError
+        What is wrong.
+    lined : bool
+        Whether lines and columns of the protocol's text are the user's own.
+    path : str
+        Name in place of its file; a mistake in another file is told with the name of that.
+    """
+    if isinstance(error, SweptProtocolError):
+        # What else its text says is for the command line.
+        detail = f"sweep: found {error.found}, allowed one test; POST /v1/sweeps takes a sweep"
+        return ProblemError("swept", detail, errors=[{**_place(error, lined=lined, path=path), "detail": detail}])
+    places = [_place(one, lined=lined, path=path) for one in [error, *error.more][:MOST_MISTAKES]]
+    first, detail = places[0], _detail(error)
+    if "line" in first:
+        spot = f"line {first['line']}, column {first['column']}"
+        detail = f"{first['file']}, {spot}: {detail}" if "file" in first else f"{spot}: {detail}"
+    return ProblemError("invalid-protocol", detail, errors=places)
 
 
 def _detail(error: SpecificationError) -> str:
@@ -130,12 +147,13 @@ def _detail(error: SpecificationError) -> str:
     return _one_line(f"{error.field or 'protocol'}: found {error.found}, allowed {error.expected}")
 
 
-def _place(error: SpecificationError, *, lined: bool) -> dict[str, object]:
+def _place(error: SpecificationError, *, lined: bool, path: str) -> dict[str, object]:
     """Return what is wrong, and where."""
     place: dict[str, object] = {"detail": _detail(error), "pointer": pointer_of(error.field)}
-    if lined and isinstance(error, ProtocolError):
+    beside = isinstance(error, ProtocolError) and path not in ("", error.path)
+    if isinstance(error, ProtocolError) and (lined or beside):
         place |= {"line": error.spot.line, "column": error.spot.column}
-    return place
+    return {**place, "file": error.path} if isinstance(error, ProtocolError) and beside else place
 
 
 def problem_response(
@@ -189,7 +207,7 @@ async def on_problem(request: Request, error: Exception) -> Response:
 
 async def _on_knitlab_error(request: Request, error: Exception) -> Response:
     """Answer errors that the user caused; any other is ours, and raised again."""
-    if isinstance(error, UnknownJobError):
+    if isinstance(error, UnknownJobError | UnknownSweepError):
         return await on_problem(request, ProblemError("unknown", str(error)))
     if isinstance(error, NotEndedError):
         return await on_problem(request, ProblemError("not-ended", str(error)))

@@ -1,11 +1,13 @@
 // Speak REST with the service that this page came from.
 import { tell } from "./dom.js";
 import { found, lost, rest } from "./reach.js";
+import { inPage } from "./remedies.js";
 import { otherToken, token } from "./token.js";
 
 /** An error that the service answered with. */
 export class Problem extends Error {
-  constructor(problem) {
+  constructor(answer) {
+    const problem = inPage(answer);
     super(problem.detail ?? problem.title ?? "the service gave no reason");
     this.problem = problem;
   }
@@ -60,10 +62,11 @@ export const post = async (path) => (await ask(path, { method: "POST" })).json()
 
 export const remove = (path) => ask(path, { method: "DELETE" });
 
-/** Send a protocol's text, and that of its materials file where there is one. */
-export function sendProtocol(path, { protocol, materials }, { headers = {}, signal } = {}) {
-  const [kind, body] = materials.trim()
-    ? ["application/json", JSON.stringify({ protocol, materials })]
+/** Send a protocol's text, and those of its materials file and of other files where there are any; routes of sweeps take JSON alone. */
+export function sendProtocol(path, { protocol, materials, files = {} }, { headers = {}, signal, asJson = false } = {}) {
+  const beside = { ...(materials.trim() && { materials }), ...(Object.keys(files).length && { files }) };
+  const [kind, body] = asJson || Object.keys(beside).length
+    ? ["application/json", JSON.stringify({ protocol, ...beside })]
     : ["application/yaml", protocol];
   return ask(path, { method: "POST", body, signal, headers: { "Content-Type": kind, ...headers } });
 }

@@ -1,9 +1,10 @@
 // Lay a measured file over the test of a job: both curves, and how far they are apart.
 import { ask, report } from "./api.js";
+import { Busy } from "./busy.js";
 import { chart, paint } from "./curves.js";
 import { colour, h, put } from "./dom.js";
 import { thin } from "./thin.js";
-import { AXES, percent, prefixed } from "./words.js";
+import { AXES, percent, prefixed, size } from "./words.js";
 
 const MOST_BYTES = 4e6;
 const NAMES = { stress: "stress", force: "force", strain: "strain [%]", travel: "travel [mm]" };
@@ -24,6 +25,7 @@ export class Comparison {
     this.offset = h("input", { type: "checkbox" });
     this.said = { gauge_length: text("45 mm"), width: text("40 mm"), thickness: text("1 mm"), slack: text("50 mN") };
     this.send = h("button", { type: "submit", class: "main" }, "Compare");
+    this.working = new Busy();
     this.wrong = h("p", { class: "wrong", role: "alert" });
     this.wrong.hidden = true;
     this.found = h("div", {});
@@ -31,7 +33,7 @@ export class Comparison {
       field("File ", this.file), field("Axis ", this.axis), field("Which loading ", this.cycle),
       field("Gauge length ", this.said.gauge_length), field("Width ", this.said.width),
       field("Thickness ", this.said.thickness), field("Slack to ", this.said.slack),
-      field("Force from its mean before the start ", this.offset), this.send);
+      field("Force from its mean before the start ", this.offset), this.send, this.working.node);
     this.node = h("section", {}, h("h2", {}, "Compare with a measured file"), form, this.wrong, this.found);
     window.addEventListener("theme", () => this.redraw(), { signal });
     signal.addEventListener("abort", () => this.clear());
@@ -52,7 +54,7 @@ export class Comparison {
     const [file] = this.file.files;
     if (!file || this.busy) return;
     if (file.size > MOST_BYTES) {
-      this.say(`${file.name}: found ${file.size} bytes, allowed ${MOST_BYTES} or fewer`);
+      this.say(`${file.name} is too large: ${size(file.size)}, at most ${size(MOST_BYTES)} are taken. Save every tenth row, say, and choose that file.`);
       return;
     }
     const query = new URLSearchParams({ name: file.name.slice(0, 200), cycle: this.cycle.value, offset: this.offset.checked });
@@ -60,9 +62,9 @@ export class Comparison {
     for (const [name, input] of Object.entries(this.said)) if (input.value.trim()) query.set(name, input.value.trim());
     this.busy = true;
     try {
-      const answer = await ask(`v1/jobs/${this.job}/compare?${query}`, {
+      const answer = await this.working.during("Comparing", () => ask(`v1/jobs/${this.job}/compare?${query}`, {
         method: "POST", body: file, signal: this.signal, headers: { "Content-Type": "text/csv" },
-      });
+      }));
       this.show(await answer.json());
       this.say("");
     } catch (error) {

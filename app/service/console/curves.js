@@ -5,17 +5,17 @@ import { colour, h, put } from "./dom.js";
 import { thin } from "./thin.js";
 import { AXES } from "./words.js";
 
-/** Return one chart on a canvas of its own. */
-export function chart(title, x, y) {
+/** Return one chart on a canvas of its own; `tick` writes the numbers of its x axis, if given. */
+export function chart(title, x, y, tick = null) {
   const canvas = h("canvas", { role: "img", "aria-label": `${title}: ${y} over ${x}` });
-  const axis = (text) => ({ type: "linear", title: { display: true, text } });
+  const axis = (text, ticks = {}) => ({ type: "linear", title: { display: true, text }, ticks });
   const made = new Chart(canvas, {
     type: "scatter",
     data: { datasets: [] },
     options: {
       animation: false, maintainAspectRatio: false, showLine: true,
       elements: { point: { radius: 0, hitRadius: 6 }, line: { tension: 0 } },
-      scales: { x: axis(x), y: axis(y) },
+      scales: { x: axis(x, tick ? { callback: tick } : {}), y: axis(y) },
       plugins: { legend: { display: false } },
     },
   });

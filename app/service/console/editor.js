@@ -3,6 +3,7 @@ import {
   EditorState, EditorView, HighlightStyle, defaultKeymap, drawSelection, highlightActiveLine, history, historyKeymap,
   indentUnit, keymap, lineNumbers, lintGutter, linter, syntaxHighlighting, tags, yaml,
 } from "./vendor/codemirror.js";
+import { hints } from "./hints.js";
 
 const DELAY = 400;
 const CHECK = "check";
@@ -23,15 +24,17 @@ function marks(places, doc) {
 
 export class Editor {
   /**
-   * @param {object} parts `parent` node, `label` (id of its name), `text`, `changed()` after a change, `submit()`, and
-   *   `check()`, which returns what is wrong: places with a line, a column and a detail
+   * @param {object} parts `parent` node, `label` (id of its name), `text`, `changed()` after a change, `submit()`,
+   *   `check()`, which returns what is wrong: places with a line, a column and a detail, and what `hints` needs: `schema()`
+   *   and `names(key)`
    */
-  constructor({ parent, label, text, changed, submit, check }) {
+  constructor({ parent, label, text, changed, submit, check, schema, names }) {
     this.view = new EditorView({
       parent,
       state: EditorState.create({
         doc: text,
         extensions: [
+          hints({ schema, names }),
           keymap.of([{ key: "Mod-Enter", run: () => { submit(); return true; } }, ...defaultKeymap, ...historyKeymap]),
           lineNumbers(), history(), drawSelection(), highlightActiveLine(), indentUnit.of("  "), yaml(), syntaxHighlighting(LOOK),
           lintGutter(),

@@ -1,12 +1,17 @@
 // Show what a job has written: its files to take away, and its log to read.
 import { ask, get, report } from "./api.js";
+import { Busy } from "./busy.js";
 import { arrange, h, put } from "./dom.js";
 import { size } from "./words.js";
 
 /** Save an answer as a file; a link cannot carry the token. */
 export async function save(path, name) {
-  const found = await (await ask(path)).blob();
-  const link = h("a", { href: URL.createObjectURL(found), download: name });
+  saveBlob(await (await ask(path)).blob(), name);
+}
+
+/** Save what the page made as a file. */
+export function saveBlob(blob, name) {
+  const link = h("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
@@ -15,18 +20,19 @@ export async function save(path, name) {
 export class Files {
   constructor(job, signal) {
     Object.assign(this, { job, signal, lines: new Map() });
+    this.busy = new Busy();
     this.none = h("p", { class: "faint" }, "No files.");
     this.body = h("tbody");
     this.table = h("div", { class: "scroll", hidden: true }, h("table", {},
       h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "File"), h("th", { scope: "col" }, "Kind"), h("th", { scope: "col", class: "number" }, "Size"))),
       this.body));
-    this.node = h("section", {}, h("h2", {}, "Files"), this.none, this.table);
+    this.node = h("section", {}, h("div", { class: "bar spread" }, h("h2", {}, "Files"), this.busy.node), this.none, this.table);
   }
 
   line({ name, kind }) {
     const path = `v1/jobs/${this.job}/files/${name}`;
     const plain = name.split("/").at(-1);
-    const take = (event) => { event.preventDefault(); save(path, plain).catch(report); };
+    const take = (event) => { event.preventDefault(); this.busy.during(`Fetching ${plain}`, () => save(path, plain)).catch(report); };
     return h("tr", {},
       h("td", { class: "name" }, h("a", { href: path, download: plain, onclick: take }, name)), h("td", {}, kind), h("td", { class: "number" }));
   }
@@ -40,6 +46,7 @@ export class Files {
     arrange(this.body, files.map(({ name }) => this.lines.get(name)));
     this.none.hidden = files.length > 0;
     this.table.hidden = !files.length;
+    return files;
   }
 }
 

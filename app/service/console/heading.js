@@ -1,5 +1,6 @@
 // Say above all else how far a job is, and change that in place as it goes on.
 import { report } from "./api.js";
+import { Busy } from "./busy.js";
 import { entitle, h, put, tell } from "./dom.js";
 import { save } from "./files.js";
 import { Verbs, badge, stamp } from "./verbs.js";
@@ -11,15 +12,17 @@ export class Heading {
     this.state = badge();
     this.verbs = new Verbs(changed, title, gone);
     this.report = h("button", { type: "button", onclick: () => this.take(job) }, "Report");
+    this.busy = new Busy();
+    const again = h("a", { class: "button", href: `#/new?job=${job.id}` }, "Edit and run again");
     this.done = h("progress", { max: 1, "aria-label": "done" });
     this.share = h("span");
     this.left = h("span", { class: "faint" });
     this.rows = h("span", { class: "faint" });
     this.where = h("p");
     this.beyond = h("div");
-    const sweep = job.sweep && h("a", { href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
+    const sweep = job.sweep && h("a", { href: `#/sweeps/${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
     place.append(h("div", {},
-      h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.state, this.report, this.verbs.node)),
+      h("div", { class: "bar spread" }, title, h("div", { class: "bar" }, this.busy.node, this.state, again, this.report, this.verbs.node)),
       h("div", { class: "bar" }, this.done, this.share, this.left, this.rows, sweep),
       this.where, this.beyond));
   }
@@ -28,9 +31,8 @@ export class Heading {
   async take({ id, name }) {
     if (this.taking) return;
     this.taking = true;
-    tell(`${name}: the report is being made`);
     try {
-      await save(`v1/jobs/${id}/report`, `${name}_report.html`);
+      await this.busy.during("Making the report", () => save(`v1/jobs/${id}/report`, `${name}_report.html`));
       tell(`${name}: the report is saved`);
     } catch (error) {
       report(error);

@@ -1,13 +1,14 @@
 // List the jobs, newest first, by state and sweep, and keep the list fresh.
 import { every, get, report } from "./api.js";
+import { Choice, forget } from "./choice.js";
 import { arrange, entitle, h, put } from "./dom.js";
 import { Line } from "./line.js";
 import { rest } from "./reach.js";
-import { STATES } from "./verbs.js";
+import { STATES } from "./states.js";
 
 const PERIOD = 2000;
 const PAGE = 25;
-const COLUMNS = ["Test", "State", "Done", "Where it is", "Left", "Submitted", "Ask"];
+const COLUMNS = ["Choose", "Test", "State", "Done", "Where it is", "Left", "Submitted", "Ask"];
 
 class List {
   constructor(place, signal, query) {
@@ -20,11 +21,14 @@ class List {
     this.newer = h("button", { type: "button", onclick: () => this.go(() => this.cursors.pop()) }, "Newer");
     this.older = h("button", { type: "button", onclick: () => this.go(() => this.cursors.push(this.next)) }, "Older");
     this.empty = h("p", { class: "faint", hidden: true }, "No jobs here. ", h("a", { href: "#/new" }, "Begin a test"), ".");
-    this.states = new Map(["", ...STATES].map((state) => [state, this.choice(state)]));
+    this.choice = new Choice(() => [...this.lines.values()].map(({ box }) => box), () => this.refresh().catch(report));
+    this.states = new Map(["", ...STATES].map((state) => [state, this.stateLink(state)]));
     place.append(
       h("div", { class: "bar spread" }, h("h1", {}, "Jobs"), h("nav", { class: "bar", "aria-label": "State" }, ...this.states.values())),
-      this.sweep ? h("p", {}, `Sweep ${this.sweep} alone. `, h("a", { href: `#/${this.state && `?state=${this.state}`}` }, "Show all jobs")) : "",
+      this.sweep ? h("p", { class: "bar" }, `Sweep ${this.sweep} alone.`, h("a", { href: `#/sweeps/${this.sweep}` }, "Its table and plot"),
+        h("a", { href: `#/${this.state && `?state=${this.state}`}` }, "Show all jobs")) : "",
       h("section", {},
+        this.choice.node,
         h("div", { class: "scroll" }, h("table", {},
           h("thead", {}, h("tr", {}, COLUMNS.map((name) => h("th", { scope: "col", class: name === "Left" ? "number" : null }, name)))),
           this.body)),
@@ -33,7 +37,7 @@ class List {
   }
 
   /** Return the link to the jobs of one state, or of all. */
-  choice(state) {
+  stateLink(state) {
     const query = new URLSearchParams({ ...(state && { state }), ...(this.sweep && { sweep: this.sweep }) });
     return h("a", { href: `#/?${query}`, "aria-current": state === this.state && "true" }, state || "all");
   }
@@ -59,8 +63,10 @@ class List {
 
   show(jobs) {
     const changed = (now) => this.lines.get(now.id)?.show(now);
-    const gone = () => this.refresh().catch(report);
-    const lines = new Map(jobs.map((job) => [job.id, this.lines.get(job.id) ?? new Line(job, changed, gone)]));
+    const gone = (id) => { forget(id); this.choice.show(); this.refresh().catch(report); };
+    const chosen = () => this.choice.show();
+    const lines = new Map(jobs.map((job) => [job.id, this.lines.get(job.id) ?? new Line(job, changed, () => gone(job.id), chosen)]));
+    this.choice.refresh(jobs);
     this.lines = lines;
     for (const job of jobs) lines.get(job.id).show(job);
     arrange(this.body, [...lines.values()].map(({ row }) => row));

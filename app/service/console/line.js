@@ -1,10 +1,16 @@
 // Show one job as a line of the list, and change the line in place as the job goes on.
+import { box } from "./choice.js";
 import { h, put } from "./dom.js";
 import { Verbs, badge, stamp } from "./verbs.js";
 import { doing, ended, percent, span } from "./words.js";
 
 export class Line {
-  constructor(job, changed, gone) {
+  /**
+   * @param {(job: object) => void} changed is told the job as it is after an answer
+   * @param {() => void} gone is called when the job has been deleted
+   * @param {() => void} chosen is called when the job was chosen, or no longer is
+   */
+  constructor(job, changed, gone, chosen) {
     this.link = h("a", { href: `#/jobs/${job.id}` }, job.name);
     this.state = badge();
     this.done = h("progress", { max: 1, "aria-label": `${job.name} done` });
@@ -12,8 +18,10 @@ export class Line {
     this.where = h("td", { class: "where" });
     this.left = h("td", { class: "number" });
     this.verbs = new Verbs(changed, this.link, gone);
-    const sweep = job.sweep && h("a", { class: "sweep", href: `#/?sweep=${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
+    this.box = box(job, chosen);
+    const sweep = job.sweep && h("a", { class: "sweep", href: `#/sweeps/${job.sweep}` }, `sweep ${job.sweep.slice(0, 8)}`);
     this.row = h("tr", { "data-job": job.id },
+      h("td", { class: "box" }, this.box),
       h("td", { class: "name" }, this.link, " ", h("span", { class: "faint" }, job.id.slice(0, 8)), sweep && [" ", sweep]),
       h("td", {}, this.state),
       h("td", {}, h("div", { class: "done" }, this.done, this.share)),

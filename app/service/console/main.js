@@ -1,9 +1,12 @@
-// Show the page that the address names: the jobs, a job, a new test.
+// Show the page that the address names: the jobs, a job, several over each other, the sweeps, a sweep, a new test.
 import { Unreachable } from "./api.js";
 import { entitle, h } from "./dom.js";
 import { showJobs } from "./jobs.js";
 import { showJob } from "./job.js";
 import { showNew } from "./new.js";
+import { showOverlay } from "./overlay.js";
+import { showSweep } from "./sweep.js";
+import { showSweeps } from "./sweeps.js";
 
 const page = document.getElementById("page");
 const theme = document.getElementById("theme");
@@ -20,7 +23,7 @@ function wear(name) {
 /** Mark the link to the page that is shown. */
 function point(kind) {
   for (const link of document.querySelectorAll("nav a")) {
-    const here = link.getAttribute("href") === (kind === "new" ? "#/new" : "#/");
+    const here = link.getAttribute("href") === (["new", "sweeps"].includes(kind) ? `#/${kind}` : "#/");
     if (here) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
@@ -40,7 +43,7 @@ function fail(place, error, signal) {
 async function route() {
   leave();
   const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
-  const [kind, id] = path.split("/");
+  const [kind, id, part] = path.split("/").map(decodeURIComponent);
   const controller = new AbortController();
   const { signal } = controller;
   leave = () => controller.abort();
@@ -49,9 +52,13 @@ async function route() {
   page.replaceChildren(place);
   point(kind);
   try {
-    if (kind === "jobs" && id) await showJob(place, signal, decodeURIComponent(id));
-    else if (kind === "new") await showNew(place, signal);
-    else await showJobs(place, signal, new URLSearchParams(query));
+    const asked = new URLSearchParams(query);
+    if (kind === "jobs" && id) await showJob(place, signal, id, part);
+    else if (kind === "compare") await showOverlay(place, signal, id ?? "", asked);
+    else if (kind === "sweeps" && id) await showSweep(place, signal, id);
+    else if (kind === "sweeps") await showSweeps(place, signal);
+    else if (kind === "new") await showNew(place, signal, asked.get("job"));
+    else await showJobs(place, signal, asked);
   } catch (error) {
     fail(place, error, signal);
   }

@@ -1,15 +1,17 @@
 // Say what a protocol would do.
 import { h, put } from "./dom.js";
-import { AXES, percent, si, span } from "./words.js";
+import { sweepPlan } from "./sweep_plan.js";
+import { AXES, percent, si, size, span } from "./words.js";
 
 const MOST_STROKES = 200;
 
 const lengths = (byAxis) => Object.entries(byAxis).map(([axis, length]) => `${AXES[axis]} ${si(length, "m")}`).join(", ");
 
-function facts({ specimen, duration_s, rows, defaults }) {
+function facts({ specimen, duration_s, rows, log_bytes, defaults }) {
   const pairs = {
     "Takes on the rig": span(duration_s),
     "Rows of the log": rows,
+    "Files of the log": `${size(Math.round(log_bytes))} at most`,
     Specimen: `${specimen.nodes} nodes, yarn ${si(specimen.yarn_length_m, "m")}, narrowest gap ${si(specimen.clearance_m, "m")}`,
     "Hook to hook": lengths(specimen.gauge_lengths_m),
     "Locking strain": specimen.locking_strain ? percent(specimen.locking_strain) : "not estimated",
@@ -36,8 +38,9 @@ export class Plan {
     this.node = h("div", {}, this.age, this.body);
   }
 
-  show(plan) {
-    this.body.replaceChildren(h("div", {}, plan.warnings.map((text) => h("p", { class: "warning" }, text)), facts(plan), table(plan.strokes)));
+  /** Show the plan of one test; of a sweep its totals before that of its first test. */
+  show(plan, sweep = null) {
+    this.body.replaceChildren(sweep ? sweepPlan(sweep) : "", h("div", {}, plan.warnings.map((text) => h("p", { class: "warning" }, text)), facts(plan), table(plan.strokes)));
     this.age.hidden = true;
     this.body.className = "";
   }

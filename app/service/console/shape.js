@@ -2,7 +2,7 @@
 import { get } from "./api.js";
 import { h, put } from "./dom.js";
 import { Knit } from "./knit.js";
-import { FINAL } from "./verbs.js";
+import { FINAL } from "./states.js";
 
 const SOON = 1000;
 const LATER = 5000;

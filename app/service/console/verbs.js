@@ -1,9 +1,8 @@
 // Show a job's state, and the buttons for what can be asked of it.
-import { post, remove, report } from "./api.js";
+import { post, report } from "./api.js";
+import { deleted } from "./deletion.js";
 import { h, put, tell } from "./dom.js";
-
-export const STATES = ["queued", "running", "paused", "cancelling", "succeeded", "failed", "cancelled"];
-export const FINAL = ["succeeded", "failed", "cancelled"];
+import { FINAL } from "./states.js";
 
 const CAN = {
   pause: (job) => ["queued", "running"].includes(job.state) && !job.wanted,
@@ -63,10 +62,8 @@ export class Verbs {
   }
 
   async delete() {
-    const { id, name } = this.job;
-    if (!window.confirm(`Delete ${name} (${id.slice(0, 8)}) and its files? They cannot be brought back.`)) return;
-    await remove(`v1/jobs/${id}`);
-    tell(`${name}: deleted`);
+    const gone = await deleted([this.job]);
+    if (!gone.length) return;
     // Its buttons go, and with them the focus.
     document.getElementById("page").focus();
     this.gone();

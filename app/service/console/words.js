@@ -23,6 +23,12 @@ export function si(value, unit) {
   return `${(value / scale).toPrecision(3)} ${prefix}${unit}`;
 }
 
+/** Write a figure of a test. */
+export function figure(value, unit) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  return unit === "1" ? Number(value.toPrecision(4)).toString() : si(value, unit.replace("m3", "m³"));
+}
+
 /** Write seconds. */
 export function span(seconds) {
   if (seconds === null || seconds === undefined) return "–";

@@ -3,13 +3,14 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
-from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, to_yaml
+from app.schemas import ProtocolError, from_yaml, json_schema, load, loads, materials, to_yaml
+from app.schemas.units import parse
 from knitlab_core.errors import GeometryError
-from knitlab_core.knits import NAMED_STITCHES, Stitch, VolumetricStitch, Yarn, same_area
+from knitlab_core.knits import NAMED_STITCHES, Stitch, VolumetricStitch, Yarn, fabric_names, same_area
 from rigs.protocol.protocol import Cycle, Ramp, Zero
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -600,6 +601,30 @@ def test_the_published_schema_knows_every_step() -> None:
     assert schema["required"] == ["schema", "rig", "specimen", "steps"]
     for step in ("zero", "preload", "ramp", "hold", "cycle", "waveform", "repeat", "until_rupture", "image"):
         assert f'"required": ["{step}"]' in text
+
+
+@pytest.mark.parametrize("schema", [json_schema(), materials.json_schema()], ids=["protocol", "material"])
+def test_the_published_schema_says_what_every_field_is(schema: dict[str, Any]) -> None:
+    parts = [one for part in [schema, *schema["$defs"].values()] for one in [part, *part.get("anyOf", [])]]
+    fields = [field for part in parts for field in part.get("properties", {}).items()]
+    assert len(fields) > 30
+    assert [name for name, field in fields if field["title"] == name] == []
+    # The wrapper of a step has its name alone.
+    bare = [part for part in parts if not str(part.get("title", "")).endswith("Step")]
+    assert [
+        name for part in bare for name, field in part.get("properties", {}).items() if not field["description"]
+    ] == []
+
+
+def test_the_published_schema_knows_names_and_units() -> None:
+    parts = json_schema()["$defs"]
+    knit = parts["SpecimenModel"]["properties"]["knit"]["oneOf"][0]
+    assert set(knit["examples"]) == set(fabric_names())
+    assert "RGD8530-DM" in parts["SpecimenModel"]["properties"]["material"]["anyOf"][0]["examples"]
+    assert {"mm/s", "1/s", "N/s"} <= set(parts["RampModel"]["properties"]["rate"]["x-units"])
+    # Whatever is offered is read.
+    for unit in parts["PreloadModel"]["properties"]["force"]["x-units"]:
+        assert parse(f"1 {unit}", "force") > 0.0
 
 
 def test_fibres_have_the_stitchs_area_unless_told_otherwise() -> None:

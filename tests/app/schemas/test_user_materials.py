@@ -11,7 +11,9 @@ import pytest
 
 from app.runs.provenance import _facts
 from app.schemas import ProtocolError
-from app.schemas.material_files import known_materials, load_materials, materials_file
+from app.schemas.files_beside import MATERIALS as MATERIALS_FILE
+from app.schemas.files_beside import file_beside
+from app.schemas.material_files import known_materials, load_materials
 from app.schemas.materials import json_schema
 from knitlab_core.errors import SpecificationError
 from knitlab_core.materials import MATERIALS, Material, material_named
@@ -152,7 +154,7 @@ def test_own_materials_join_the_catalogue(tmp_path: Path) -> None:
 )
 def test_a_protocol_reaches_no_file_outside_its_folder(tmp_path: Path, name: str) -> None:
     with pytest.raises(SpecificationError, match="materials: found "):
-        materials_file(tmp_path / "p.yaml", name)
+        file_beside(tmp_path / "p.yaml", name, MATERIALS_FILE)
 
 
 def test_a_link_does_not_lead_out_either(tmp_path: Path) -> None:
@@ -161,8 +163,8 @@ def test_a_link_does_not_lead_out_either(tmp_path: Path) -> None:
     outside.mkdir()
     (inside / "link").symlink_to(outside)
     with pytest.raises(SpecificationError, match="below it"):
-        materials_file(inside / "p.yaml", "link/own.yaml")
-    assert materials_file(inside / "p.yaml", "deeper/own.yaml") == inside / "deeper" / "own.yaml"
+        file_beside(inside / "p.yaml", "link/own.yaml", MATERIALS_FILE)
+    assert file_beside(inside / "p.yaml", "deeper/own.yaml", MATERIALS_FILE) == inside / "deeper" / "own.yaml"
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)

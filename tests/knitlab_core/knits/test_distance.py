@@ -15,6 +15,8 @@ from knitlab_core.knits import (
     knit_specimen,
     planar_line,
 )
+from knitlab_core.knits.centreline import Centreline
+from knitlab_core.knits.curve import curve_through
 
 DEFAULT = NAMED_STITCHES["stockinette-default"]
 LOOP_WIDTH = 8e-3
@@ -128,6 +130,19 @@ def test_a_bend_tighter_than_the_yarn_is_refused() -> None:
 def test_a_yarn_shorter_than_half_a_turn_of_its_bend_meets_nothing() -> None:
     yarn = planar_line(DEFAULT, rows=1, loops=1)
     assert closest_approach(yarn, largest_curvature=0.5).distance == np.inf
+
+
+def test_strands_of_a_wave_are_nearest_where_half_a_turn_of_yarn_is_between_them() -> None:
+    x = np.linspace(0.0, 3.0, 49)
+    wave = curve_through(tuple((float(at), float(0.4 * np.sin(2.0 * np.pi * at)), 0.0) for at in x))
+    line = Centreline(pieces=(wave,), sites=())
+    bend = float(np.linalg.norm(line.curvature(np.linspace(0.0, line.length, 2001)), axis=-1).max())
+    found = closest_approach(line, largest_curvature=bend)
+    # Of two points as far apart along the yarn as is asked, the nearest are those about a crest.
+    assert found.second - found.first == pytest.approx(np.pi / bend, rel=0.05)
+    s = np.linspace(0.0, line.length - np.pi / bend, 4001)
+    least = np.linalg.norm(line.position(s + np.pi / bend) - line.position(s), axis=-1).min()
+    assert least - 1e-9 <= found.distance <= least * 1.1
 
 
 def test_a_search_too_large_for_memory_is_refused_before_it_starts() -> None:

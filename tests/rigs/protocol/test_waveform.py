@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.schemas import ProtocolError, from_yaml, load, load_sweep, loads, to_yaml
-from app.schemas.tables import MOST_BYTES
+from app.schemas.files_beside import TABLE
 from knitlab_core.errors import SpecificationError
 from rigs.control.plan import planned_duration
 from rigs.protocol.protocol import Hold, Protocol, Ramp, SpecimenSpec, Target, Waveform, Zero
@@ -136,7 +136,7 @@ HEAD = "time (s),strain (%)\n"
         (HEAD + "0,0\n1e9,1\n", "wave.csv:3:1: table: found 1e+09 s, allowed a time above 0 and up to 1e7 s"),
         (HEAD + "0,0\n1,1\x00\n", "wave.csv:3:"),
         (HEAD + "0,0\n" * (MOST_POINTS + 1), f"wave.csv:{MOST_POINTS + 2}:1: table: found more, allowed {MOST_POINTS}"),
-        ("x" * (MOST_BYTES + 1), f"wave.csv:1:1: table: found more, allowed {MOST_BYTES} bytes or fewer"),
+        ("x" * (TABLE.most + 1), f"wave.csv:1:1: table: found more, allowed {TABLE.most} bytes or fewer"),
     ],
 )
 def test_a_mistake_in_a_table_is_one_line_with_its_place(table: str, says: str, tmp_path: Path) -> None:

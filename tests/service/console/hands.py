@@ -125,3 +125,9 @@ def contrast(one: str, other: str) -> float:
     """Return the contrast of two CSS colours (WCAG 2.2)."""
     low, high = sorted((luminance(one), luminance(other)))
     return (high + 0.05) / (low + 0.05)
+
+
+def rgb(colour: str) -> str:
+    """Return a CSS colour as its three numbers, 0 to 255."""
+    code = colour.lstrip("#")
+    return ", ".join(str(int(code[k : k + 2], 16)) for k in (0, 2, 4))

@@ -81,7 +81,10 @@ def test_materials_go_with_the_protocol(page: Page, service: str, rest: httpx.Cl
     materials = (EXAMPLES / "materials" / "my-resins.yaml").read_text()
     page.goto(f"{service}/#/new")
     write(page, protocol)
-    expect(page.locator(".wrong")).to_contain_text("materials: found materials/my-resins.yaml")
+    # The page says what to do in it.
+    expect(page.locator(".wrong")).to_contain_text(
+        "materials: no file materials/my-resins.yaml is here; open Materials"
+    )
     page.get_by_text("Materials", exact=True).click()
     # What is wrong in them is marked in them.
     write(page, materials.replace("0.82 GPa", "0.82 Gxx"), ".cm-content >> nth=1")

@@ -94,7 +94,13 @@ def test_nothing_goes_beyond_the_side_of_a_phone(page: Page, service: str, done:
     page.route(ONE, edited(rename))
     page.route(LIST, edited(rename))
     page.route("**/events", lambda route: route.fulfill(status=204))
-    for address, shown in ((f"#/jobs/{done}", ".knit"), ("#/new", "dl"), ("#/", f"[data-job='{done}']")):
+    for address, shown in (
+        (f"#/jobs/{done}", ".knit"),
+        ("#/new", "dl"),
+        ("#/sweeps", "h1"),
+        (f"#/compare/{done}", f"[data-job='{done}']"),
+        ("#/", f"[data-job='{done}']"),
+    ):
         page.goto(f"{service}/{address}")
         expect(page.locator(shown)).to_be_visible()
         page.evaluate("async () => (await import('/dom.js')).tell('t'.repeat(200))")
@@ -121,6 +127,7 @@ def test_a_sweep_is_shown_alone_and_jobs_by_state(page: Page, service: str, rest
     expect(page.get_by_role("link", name=re.compile(r"^queued 3$"))).to_be_visible()
     expect(page.get_by_text(re.compile(r"^1–\d+ of \d+$"))).to_be_visible()
     page.get_by_role("link", name=f"sweep {sweep[:8]}").first.click()
+    page.get_by_role("link", name="As a list of jobs").click()
     expect(page.locator("tbody tr")).to_have_count(3)
     assert set(page.locator("tbody tr").evaluate_all("(rows) => rows.map((row) => row.dataset.job)")) == ids
     expect(page.get_by_text("1–3 of 3")).to_be_visible()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import httpx
-    from playwright.sync_api import Browser, Dialog, Page
+    from playwright.sync_api import Browser, Page
 
 
 def test_from_the_editor_to_the_file(page: Page, service: str, data: Path, tmp_path: Path) -> None:
@@ -116,29 +116,29 @@ def test_what_has_ended_is_deleted_once_that_is_confirmed(page: Page, service: s
     for job in ids:
         rest.post(f"/v1/jobs/{job}/cancel")
         until(rest, job, {"cancelled"})
-    asked: list[str] = []
-
-    def answer(dialog: Dialog) -> None:
-        asked.append(dialog.message)
-        if len(asked) == 1:
-            dialog.dismiss()
-        else:
-            dialog.accept()
-
-    page.on("dialog", answer)
     page.goto(service)
     button = page.get_by_role("button", name="delete gone-1")
     button.focus()
     page.keyboard.press("Enter")
+    question = page.get_by_role("dialog", name=f"Delete gone-1 ({ids[0][:8]})?")
+    count = len(rest.get(f"/v1/jobs/{ids[0]}/files").json()["files"])
+    expect(question).to_contain_text(f"Lost for good: {f'{count} file' if count else 'No files yet'}")
+    expect(question).to_contain_text("This cannot be taken back")
+    expect(question.get_by_role("button", name="Keep")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(question).to_have_count(0)
     expect(button).to_be_focused()
     assert rest.get(f"/v1/jobs/{ids[0]}").status_code == 200
     page.keyboard.press("Enter")
+    expect(question.get_by_role("button", name="Keep")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
     expect(page.locator("tr", has_text="gone-1")).to_have_count(0)
-    assert asked == [f"Delete gone-1 ({ids[0][:8]}) and its files? They cannot be brought back."] * 2
     assert page.evaluate("() => document.activeElement.id") == "page"
     # From its own page one comes back to the list.
     page.goto(f"{service}/#/jobs/{ids[1]}")
     page.get_by_role("button", name="delete gone-2").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
     expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
     expect(page.locator("tr", has_text="gone-2")).to_have_count(0)
     assert [rest.get(f"/v1/jobs/{job}").status_code for job in ids] == [404, 404]

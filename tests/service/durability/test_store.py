@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,7 +13,7 @@ import sqlalchemy as sa
 from dbos import DBOSClient
 
 from app.service import deliveries
-from app.service.jobs import JobSpec, KeyReusedError, UnknownJobError
+from app.service.jobs import JobSpec, KeyReusedError, UnknownJobError, UnknownSweepError
 from app.service.settings import settings
 from app.service.store import Store
 from knitlab_core.errors import SpecificationError
@@ -40,6 +41,29 @@ def test_a_job_is_there_once_accepted(store: Store) -> None:
     assert (job.state, job.name, job.attempts, job.sweep) == ("queued", "a", 0, None)
     assert store.spec(job.id) == SPEC
     assert store.list().jobs == (job,)
+
+
+def test_sweeps_are_counted_and_their_points_kept(store: Store) -> None:
+    sweeps = []
+    for name in ("one", "two"):
+        specs = [replace(SPEC, name=f"{name}-{k}", point={"mu": k / 10}) for k in (1, 2)]
+        sweeps.append(store.submit_all(specs)[0].sweep or "")
+    store.submit(SPEC)
+    first = store.points(sweeps[0], limit=1)
+    ((job, spec),) = first.points
+    store.cancel(job.id)
+    assert dict(spec.point) == {"mu": 0.1}
+    ((_, second),) = store.points(sweeps[0], limit=1, cursor=first.cursor).points
+    assert second.name == "one-2"
+    page = store.sweeps(limit=1)
+    assert [one.id for one in page.sweeps] == sweeps[1:]
+    last = store.sweeps(limit=1, cursor=page.cursor)
+    assert last.cursor is None
+    assert last.sweeps == (store.sweep(sweeps[0]),)
+    assert (last.sweeps[0].name, last.sweeps[0].created) == ("one", job.created)
+    assert {state: count for state, count in last.sweeps[0].counts.items() if count} == {"queued": 1, "cancelled": 1}
+    with pytest.raises(UnknownSweepError):
+        store.sweep("none")
 
 
 def test_an_unknown_job_is_named(store: Store) -> None:

@@ -1,10 +1,6 @@
 """Routes of the shapes of a knit during its test, for the console's view."""
 
-import logging
-import time
-from collections.abc import Callable
-from pathlib import Path as FilePath
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import h5py
 import numpy as np
@@ -13,21 +9,14 @@ from fastapi.responses import Response
 
 from app.records.vtkhdf import GROUP, count_frames, read_frame
 from app.service.api.context import Here
+from app.service.api.growing_record import read_record, sections_of
 from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.progress import Answer
-from rigs.axes import AXES, DIRECTIONS
-from rigs.record import PHASES, SpecimenSize
+from rigs.axes import AXES
+from rigs.record import PHASES
 
 router = APIRouter(prefix="/v1/jobs/{job}/frames", tags=["files"])
-
-Found = TypeVar("Found")
-
-_TRIES = 12
-_PAUSE = 0.025
-"""Between tries to read a record [s]; a row is written in less."""
-
-_log = logging.getLogger(__name__)
 
 # By the names of the console: where the record keeps them.
 _FIELDS = {
@@ -58,44 +47,19 @@ class FrameIndex(Answer):
     frames: list[FrameView]
 
 
-def _read(folder: FilePath, what: Callable[[h5py.File], Found]) -> Found:
-    """Return the reader of a job's record, which may be growing.
-
-    Nothing locks the record, so that a test never waits for who looks at it: what is read while a row is written may be
-    torn, and is read again.
-
-    Raises
-    ------
-    ProblemError
-        If there is none yet.
-    """
-    for attempt in range(_TRIES):
-        try:
-            with h5py.File(folder / "run" / "run.h5", "r", locking=False) as file:
-                return what(file)
-        except FileNotFoundError:
-            break
-        except (OSError, KeyError, ValueError, IndexError, RuntimeError) as error:
-            _log.debug("record of %s, try %d: %s", folder.name, attempt, error)
-            time.sleep(_PAUSE)
-    raise ProblemError("not-ready", "frames: found no record yet, allowed when the test has begun")
-
-
 @router.get("", summary="List the shapes of the knit through its test", responses=problems(404, 409, 422))
 def frames(job: JobId, here: Here) -> FrameIndex:
     """Return time, strain and phase of every shape that was kept, and how to read the bytes of one.
 
     `range` is the least and largest value of each field over all shapes; `section` the area that carries each axis.
     """
-    return _read(here.store.folder(job), _index)
+    return read_record(here.store.folder(job), _index)
 
 
 def _index(file: h5py.File) -> FrameIndex:
     """Return the index of a record's shapes."""
     group, count = file[GROUP], count_frames(file)
     strands = [int(size) for size in file["strands"][()]]
-    extents = {axis: float(file.attrs[f"extent_{axis}"]) for axis in DIRECTIONS}
-    size = SpecimenSize(extents=extents, fibre_radius=float(file.attrs["fibre_radius"]))
     fields = group["FieldData"]
     axes = [axis for axis in AXES if f"strain_{axis}" in fields]
     times, phases, cycles = (column[:count] for column in (group["Steps/Values"], fields["phase"], fields["cycle"]))
@@ -104,8 +68,8 @@ def _index(file: h5py.File) -> FrameIndex:
         nodes=sum(strands),
         edges=sum(strands) - len(strands),
         strands=strands,
-        radius=size.fibre_radius,
-        section={axis: size.section(axis) for axis in axes},
+        radius=float(file.attrs["fibre_radius"]),
+        section={axis: section for axis, section in sections_of(file).items() if axis in axes},
         range={name: _range(group[place]) for name, place in _FIELDS.items()},
         frames=[
             FrameView(
@@ -149,4 +113,4 @@ def frame(job: JobId, number: Annotated[int, Path(ge=0, le=10**6, examples=[0])]
         parts = (found.nodes.ravel(), found.axial_strain, found.bending_strain, found.contact_force)
         return np.concatenate(parts).astype("<f4").tobytes()
 
-    return Response(_read(here.store.folder(job), shape), media_type="application/octet-stream")
+    return Response(read_record(here.store.folder(job), shape), media_type="application/octet-stream")

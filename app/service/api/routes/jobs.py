@@ -10,21 +10,22 @@ from fastapi.responses import Response
 
 from app.checks.dry_run import count_rows
 from app.schemas import Loaded
+from app.service.api.bodies import as_yaml
 from app.service.api.bounds import Bounds, check_rows
 from app.service.api.checking import look
 from app.service.api.context import Here
 from app.service.api.documents import PROTOCOL_BODY
 from app.service.api.etags import has_tag
-from app.service.api.models import JobId, JobPage, JobView, problems
+from app.service.api.models import JobId, JobPage, JobView, ProtocolTextView, problems
 from app.service.api.routes.laboratory import Sent
-from app.service.api.routes.query_params import Asked, Key
+from app.service.api.routes.query_params import Asked, Cursor, Key
 from app.service.jobs import Job, JobSpec, State
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
-def _name_of(loaded: Loaded, bounds: Bounds) -> str:
-    """Return the name of a protocol, after a check that it can be run.
+def _runnable(loaded: Loaded, bounds: Bounds) -> Loaded:
+    """Return a protocol, after a check that it can be run.
 
     Raises
     ------
@@ -32,7 +33,7 @@ def _name_of(loaded: Loaded, bounds: Bounds) -> str:
         For one that is not valid, or whose log would be too long.
     """
     check_rows(count_rows(loaded), bounds)
-    return loaded.protocol.name
+    return loaded
 
 
 @router.post(
@@ -47,8 +48,11 @@ def _name_of(loaded: Loaded, bounds: Bounds) -> str:
 )
 async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, key: Key = None) -> JobView:
     """Accept a protocol as a job; it is not lost from here on. The same key with another body is refused."""
-    name = await look(here, sent, _name_of)
-    spec = JobSpec(name=name, protocol=sent.text, materials=sent.materials, **asked.model_dump())
+    loaded = await look(here, sent, _runnable)
+    # What files beside it say is written into the protocol, which then needs none; any other stays verbatim.
+    spec = JobSpec(
+        name=loaded.protocol.name, protocol=loaded.text, materials=loaded.beside(sent.materials), **asked.model_dump()
+    )
     job = await run_sync(lambda: here.store.submit(spec, key=key))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return JobView.model_validate(job)
@@ -58,7 +62,7 @@ async def submit(sent: Sent, here: Here, response: Response, asked: Asked, *, ke
 def list_jobs(
     here: Here,
     limit: Annotated[int, Query(ge=1, le=1000, description="Most jobs to return.")] = 50,
-    cursor: Annotated[str | None, Query(pattern=r"^[0-9]{1,18}$", description="Cursor of the page before.")] = None,
+    cursor: Cursor = None,
     state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
     sweep: Annotated[
         str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,64}$", description="Only jobs of this sweep.")
@@ -88,6 +92,13 @@ def get_job(job: JobId, here: Here, request: Request) -> Any:  # noqa: ANN401 (a
     if has_tag(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
     return Response(body, media_type="application/json", headers=headers)
+
+
+@router.get("/{job}/protocol", summary="Fetch the protocol of a job", responses=problems(404, 422))
+def get_protocol(job: JobId, here: Here) -> ProtocolTextView:
+    """Return the texts that were submitted; a protocol that came as JSON, or was made by a sweep, as YAML."""
+    spec = here.store.spec(job)
+    return ProtocolTextView(name=spec.name, protocol=as_yaml(spec.protocol), materials=spec.materials)
 
 
 @router.delete("/{job}", summary="Delete a job", status_code=204, responses=problems(404, 409, 422))

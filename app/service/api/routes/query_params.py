@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import Depends, Header, Query
+from fastapi import Depends, Header, Path, Query
 from pydantic import BaseModel, ConfigDict
 
 from app.service.jobs import GIBIBYTE
@@ -27,6 +27,10 @@ Memory = Annotated[
     Query(ge=GIBIBYTE // 4, le=1024 * GIBIBYTE, description="Most memory that a job's process may hold [bytes]."),
 ]
 Pictures = Annotated[bool, Query(description="Whether to draw the plot and the knit too.")]
+
+
+SweepId = Annotated[str, Path(pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=["5c1f0a869d1b"])]
+Cursor = Annotated[str | None, Query(pattern=r"^[0-9]{1,18}$", description="Cursor of the page before.")]
 
 
 class Limits(BaseModel):

@@ -7,6 +7,7 @@ from urllib.parse import quote
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
+from pydantic import Field
 
 from app.file_names import file_stem
 from app.records.reader import RunReader
@@ -14,9 +15,13 @@ from app.schemas.measured import alignment_of, with_lengths
 from app.service.api.bodies import read_bytes, require_kind
 from app.service.api.compared import compared
 from app.service.api.context import Here
+from app.service.api.growing_record import read_record, sections_of
 from app.service.api.models import JobId, problems
 from app.service.api.problems import ProblemError
 from app.service.api.progress import Answer
+from app.service.api.row_curves import row_curves
+from app.service.api.sweep_models import FigureView
+from app.service.folder import JobFolder
 from knitlab_core.errors import FormatError, SpecificationError
 from rigs.axes import Axis
 from rigs.readers.mapping import FileMapping
@@ -63,6 +68,43 @@ class ComparisonView(Answer):
     along: Literal["stress", "force"]
     curves: list[CurveView]
     scores: list[ScoreView]
+
+
+class CurvesView(Answer):
+    """Curves of a test from its equilibria as columns, SI units; of long ones what can be seen."""
+
+    rows: int = Field(description="equilibria that there are")
+    section: dict[str, float] = Field(description="area that carries each axis")
+    time: list[float]
+    cycle: list[int]
+    strain: dict[str, list[float]]
+    force: dict[str, list[float]]
+    stress: dict[str, list[float]]
+
+
+class FigureList(Answer):
+    """What a test came to."""
+
+    figures: list[FigureView]
+
+
+@router.get("/curves", summary="Fetch the curves of a job", responses=problems(404, 409, 422))
+def curves(job: JobId, here: Here) -> CurvesView:
+    """Return strain, force and stress of the driven axes, also of a test that goes on.
+
+    Of more than about 4000 equilibria the lowest and highest of every stretch are kept.
+    """
+    folder = here.store.folder(job)
+    return CurvesView.model_validate(row_curves(JobFolder(folder).rows_file, read_record(folder, sections_of)))
+
+
+@router.get("/figures", summary="Fetch the figures of a job", responses=problems(404, 409, 422))
+def figures(job: JobId, here: Here) -> FigureList:
+    """Return moduli, loop areas, energies and cost of a test that has ended, SI units."""
+    found = JobFolder(here.store.folder(job)).figures()
+    if found is None:
+        raise ProblemError("not-ready", "figures: found none yet, allowed when the test has ended")
+    return FigureList.model_validate({"figures": found})
 
 
 @router.get(

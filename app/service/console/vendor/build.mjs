@@ -12,11 +12,12 @@ const parts = {
     Chart.register(Legend, LinearScale, LineElement, PointElement, ScatterController, Tooltip);
     export { Chart };`,
   codemirror: `
-    export { EditorState } from "@codemirror/state";
-    export { EditorView, drawSelection, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
+    export { autocompletion, closeCompletion, completionKeymap, pickedCompletion, startCompletion } from "@codemirror/autocomplete";
+    export { EditorState, StateEffect, StateField } from "@codemirror/state";
+    export { EditorView, drawSelection, highlightActiveLine, hoverTooltip, keymap, lineNumbers, showTooltip } from "@codemirror/view";
     export { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
     export { HighlightStyle, indentUnit, syntaxHighlighting } from "@codemirror/language";
-    export { yaml } from "@codemirror/lang-yaml";
+    export { yaml, yamlLanguage } from "@codemirror/lang-yaml";
     export { lintGutter, linter } from "@codemirror/lint";
     export { tags } from "@lezer/highlight";`,
 };

@@ -1,0 +1,143 @@
+"""What each field of a protocol or a materials file is; its description says what it allows."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+TITLES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        # the test
+        "schema_id": "form of the file",
+        "name": "name of the test",
+        "rig": "rig that the specimen is mounted on",
+        "mount": "how the specimen is mounted",
+        "specimen": "what is tested",
+        "speed_ref": "what a speed is the speed of",
+        "load_cell": "cell that measures the force",
+        "others": "what axes do that a step does not drive",
+        "log": "how the instruments sample",
+        "extensometer": "pins in stitches, whose distance is logged",
+        "materials": "materials of your own",
+        "params": "parameters of the protocol",
+        "sweep": "values of parameters, each combination a test",
+        "sample": "ranges of parameters, filled by points that are each a test",
+        "max_strain_increment": "largest change of strain between two equilibria",
+        "steps": "what the rig does, in order",
+        # the specimen
+        "knit": "stitch, or another shape of the yarn",
+        "loops": "how many loops",
+        "loop": "width of a loop",
+        "material": "material of the yarn",
+        "friction": "friction of yarn on yarn",
+        "grips": "what holds the specimen",
+        "hook": "kind of hook",
+        "pole_friction": "friction of hooks on their poles",
+        "mesh": "how finely the yarn is divided",
+        "nodes_per_loop": "nodes of the yarn in each loop",
+        "rest_shape": "shape of the yarn without load",
+        "laid_in": "how the yarn is laid into its loops",
+        "edges": "edges of a planar knit",
+        "yarn": "yarn of fibres, or by measurement",
+        "fused": "strands that fuse in print",
+        "viscoelastic": "whether the material relaxes",
+        "yields": "whether the material yields",
+        "rupture": "what happens where a fibre would break",
+        "periodic": "a cell that repeats, without edges",
+        "shear": "whether a periodic cell may lean",
+        # a stitch, a yarn, fused points
+        "curvature": "how far a loop's legs lean",
+        "height": "height of a loop",
+        "wale_height": "height of a loop along the wale",
+        "pile_height": "height of a loop along the pile",
+        "depth": "depth of a loop, front to back",
+        "row_spacing": "distance from row to row",
+        "layer_spacing": "distance from layer to layer",
+        "fibre_radius": "radius of a fibre",
+        "filament": "straight filament in the place of a knit",
+        "centreline": "yarn of your own, point by point",
+        "unit": "unit of the centreline",
+        "top": "edge above the last row",
+        "bottom": "edge below the first row",
+        "slack": "how loosely the edges are chained",
+        "C": "grips of the edges along the course",
+        "W": "grips of the edges along the wale",
+        "fibres": "number of fibres in the yarn",
+        "model": "how the yarn is computed",
+        "winding_radius": "radius on which the fibres wind",
+        "twist": "twist of the fibres",
+        "phase": "angle of the first fibre at the start of the yarn",
+        "bonding": "how firmly fibres are glued",
+        "bending": "bending stiffness of the yarn",
+        "axial": "axial stiffness of the yarn",
+        "twisting": "torsional stiffness of the yarn",
+        "radius": "outer radius of the yarn",
+        "core": "radius of the incompressible core",
+        "compression": "how the yarn is flattened",
+        "exponent": "exponent of the law of compression",
+        "rigidity": "force that flattens the yarn halfway",
+        "gap": "gap that print closes",
+        "patch_radius": "radius of a fused point",
+        "shear_strength": "shear at which a fused point breaks",
+        "locate": "how exactly a break is located",
+        # the log, the extensometer
+        "events": "sampling rate near jumps",
+        "every_cycle": "which cycles are logged",
+        "noise": "noise of the instruments",
+        "seed": "seed of the random numbers",
+        "clock_offset": "offset between the clocks of two machines",
+        "clock_skew": "drift between the clocks of two machines",
+        "course": "pair of stitches along the course",
+        "wale": "pair of stitches along the wale",
+        "pile": "pair of stitches along the pile",
+        # steps
+        "axes": "axes that the step drives or holds",
+        "rate": "rate of the step, or of the samples",
+        "control": "what the machine follows",
+        "until": "what ends the step early",
+        "tag": "name of the step in the log",
+        "to": "where the step goes",
+        "lower": "lower end of a cycle",
+        "upper": "upper end of a cycle",
+        "n": "how many times",
+        "kind": "what the levels of the points are",
+        "drop": "fall of the force from its peak",
+        "channels": "channels that are set to zero",
+        "gauge_length": "length from which strain counts",
+        "every": "time between two pictures",
+        "duration": "how long",
+        "strain": "strain of the axes",
+        "displacement": "displacement of the axes",
+        "force": "force of the axes",
+        "time": "time that passes",
+        # designs and tables
+        "method": "how points fill the ranges",
+        "of": "parameters with their ranges",
+        "table": "table in a CSV file",
+        "points": "points of a curve, or how many there are",
+        # materials
+        "value": "the number, with its unit",
+        "source": "where the number comes from",
+        "assumed": "whether it is a choice",
+        "note": "remark",
+        "young_modulus": "Young's modulus",
+        "poisson_ratio": "Poisson's ratio",
+        "strength": "stress at which it breaks",
+        "elongation_at_break": "strain at which it breaks",
+        "density": "mass by volume",
+        "relaxation": "relaxation as a Prony series",
+        "terms": "terms of the series",
+        "share": "share of the stiffness that relaxes",
+        "yield_curve": "stress over strain beyond yield",
+        "stress": "stress at the strain",
+    }
+)
+"""Titles by the name that a field has in its model."""
+
+
+def title_of(name: str, _: object) -> str:
+    """Return the title of a field of a model, for its JSON Schema: its name where it has none here."""
+    return TITLES.get(name, name)
