@@ -193,7 +193,8 @@ def test_strokes_and_rows_are_bounded_before_they_are_listed(
 
 
 def test_a_sweep_is_counted_before_it_is_unfolded(http: httpx.Client, protocol: str) -> None:
-    many = {"protocol": protocol, "values": {"peak": list(range(1, 5000)), "other": list(range(5000))}}
+    two = protocol.replace("params: {", "params: {other: 0, ")
+    many = {"protocol": two, "values": {"peak": list(range(1, 5000)), "other": list(range(5000))}}
     refused(http.post("/v1/sweeps", json=many), 422, Bounds().sweep)
     refused(http.post("/v1/sweeps", json={"protocols": [0] * 20_000}), 422, Bounds().sweep)
     long = {

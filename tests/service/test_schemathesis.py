@@ -40,5 +40,5 @@ def test_no_request_makes_the_service_fail(address: str, store: Store, tmp_path:
         check=False,
     )
     assert ran.returncode == 0, ran.stdout[-6000:]
-    assert "Tested: 28" in ran.stdout
+    assert "Tested: 31" in ran.stdout
     assert sum(store.counts().values()) > 0
