@@ -71,6 +71,7 @@ class Client:
         *,
         name: str = "test",
         materials: str = "",
+        files: Mapping[str, str] | None = None,
         key: str | None = None,
         timeout: float | None = None,
         memory: int | None = None,
@@ -86,6 +87,8 @@ class Client:
             Name of a protocol that gives itself none.
         materials : str
             The YAML of the file that it names under `materials`.
+        files : mapping of str to str, optional
+            Texts of the CSV files that it names, by their names.
         key : str or None
             What tells this submission from others; None makes one.
         timeout : float or None
@@ -95,7 +98,7 @@ class Client:
         pictures : bool
             Whether to draw the plot and the knit too.
         """
-        body = _envelope(protocol, name, materials)
+        body = _envelope(protocol, name, materials, files)
         return job_of(self._service.post_once("/v1/jobs", body, key, _limits(timeout, memory, pictures=pictures)))
 
     def sweep(
@@ -105,6 +108,7 @@ class Client:
         values: Mapping[str, Sequence[str | float]] | None = None,
         name: str = "test",
         materials: str = "",
+        files: Mapping[str, str] | None = None,
         key: str | None = None,
         timeout: float | None = None,
         memory: int | None = None,
@@ -118,16 +122,16 @@ class Client:
             One protocol over values of its `params`, or many protocols; the first is read much faster.
         values : mapping of str to sequence, optional
             Values of each parameter, every combination a job; None for the `sweep:` of the protocol itself.
-        name, materials, key, timeout, memory, pictures
+        name, materials, files, key, timeout, memory, pictures
             As of `submit`, for each job.
         """
         body: dict[str, Any]
         if isinstance(protocols, str):
-            body = _envelope(protocols, name, materials)
+            body = _envelope(protocols, name, materials, files)
             if values is not None:
                 body["values"] = {parameter: list(listed) for parameter, listed in values.items()}
         else:
-            body = {"protocols": [_envelope(protocol, name, materials) for protocol in protocols]}
+            body = {"protocols": [_envelope(protocol, name, materials, files) for protocol in protocols]}
         asked = _limits(timeout, memory, pictures=pictures)
         found = self._service.post_once("/v1/sweeps", body, key, asked, patience=_LONG)
         return tuple(job_of(one) for one in found["jobs"])
@@ -255,9 +259,10 @@ class Client:
             time.sleep(PAUSE)
 
 
-def _envelope(protocol: str, name: str, materials: str) -> dict[str, Any]:
-    """Return a protocol with its name and materials as the body of a request."""
-    return {"protocol": protocol, "name": name, **({"materials": materials} if materials else {})}
+def _envelope(protocol: str, name: str, materials: str, files: Mapping[str, str] | None) -> dict[str, Any]:
+    """Return a protocol with its name, materials and files as the body of a request."""
+    beside = {"materials": materials, "files": dict(files or {})}
+    return {"protocol": protocol, "name": name, **{kind: sent for kind, sent in beside.items() if sent}}
 
 
 def _limits(timeout: float | None, memory: int | None, *, pictures: bool) -> dict[str, str]:

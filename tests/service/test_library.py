@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from app.client import Client, ServiceError
 from app.schemas import json_schema, load
 from app.service.api.documents import MOST_FILES
 from app.service.api.library import examples
@@ -47,6 +48,14 @@ def test_a_centreline_goes_with_the_protocol_to_every_route(http: httpx.Client, 
         "values": {"r": ["1 mm/s"]},
     }
     assert http.post("/v1/sweeps", json=swept).raise_for_status().json()["count"] == 1
+
+
+def test_the_client_sends_files(address: str, store: Store) -> None:
+    with Client(address) as client:
+        job = client.submit(SERPENTINE, files={"serpentine.csv": POINTS}, pictures=False)
+        with pytest.raises(ServiceError, match=r"serpentine\.csv"):
+            client.submit(SERPENTINE)
+    assert "serpentine.csv" not in store.spec(job.id).protocol
 
 
 def test_a_mistake_in_a_file_is_told_with_its_name_and_line(http: httpx.Client) -> None:
