@@ -61,6 +61,9 @@ YIELDING: Final = (
     .replace("speed_ref: pair", "extensometer: on\nspeed_ref: pair")
     .replace("0.01\n", "0.025\n")
 )
+FEW_ROWS: Final = (
+    YIELDING.replace("name: yielding", "name: few_rows").replace("upper: 0.25", "upper: 0.2").replace("n: 2", "n: 1")
+)
 SHORT: Final = ELASTIC[: ELASTIC.index("  - cycle")]
 
 # The runs here take a second: checkpoints come more often, and no pictures are drawn.
@@ -141,8 +144,8 @@ def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], tu
 
 @pytest.mark.parametrize(
     "text",
-    [YIELDING, pytest.param(CREEPING, marks=pytest.mark.slow), pytest.param(ELASTIC, marks=pytest.mark.slow)],
-    ids=["yielding", "creeping", "elastic"],
+    [FEW_ROWS, *(pytest.param(text, marks=pytest.mark.slow) for text in (ELASTIC, CREEPING, YIELDING))],
+    ids=["few rows", "elastic", "creeping", "yielding"],
 )
 def test_a_killed_run_ends_with_the_rows_of_an_unkilled_one(
     text: str, whole: Callable[[str], tuple[Path, Path]], tmp_path: Path

@@ -77,6 +77,7 @@ CELL: Final = {"knit": "volumetric-default", "rows": 1, "loops": 1, "layers": 2,
 CASES: Final = {
     "elastic": Case(knit(), STEPS),
     "relaxing": Case(knit(viscoelastic=True, material=CREEPING), (*STEPS[:2], Hold(duration=20.0), ramp(0.1))),
+    "yielding": Case(knit(yields=True, nodes_per_loop=12), (ramp(0.22), ramp(0.18))),
     "breaking": Case(knit(rupture="go on", material=BRITTLE), (ramp(0.28), ramp(0.34))),
     "volumetric cell": Case(knit(**CELL), (ramp(0.06),)),
     "sheared cell": Case(
