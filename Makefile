@@ -14,10 +14,10 @@ demo: .venv/installed  ## Run the main job: a 6x6 knit, two biaxial cycles to 40
 	$(BIN)/knitlab run examples/biaxial_cycle.yaml
 
 test: .venv/installed-dev  ## Run the tests, slow ones left out. TESTS=path picks some.
-	@# Kernels that are not there yet are compiled first: three processes would compile each of them.
+	@# Kernels that are not there yet are compiled first: four processes would compile each of them.
 	@rm -rf build/first && mkdir -p build
 	@$(BIN)/knitlab run examples/biaxial_small.yaml --no-pictures --quiet --out build/first >build/first.txt
-	$(BIN)/pytest --numprocesses 3 --dist worksteal $(TESTS)
+	$(BIN)/pytest --numprocesses 4 --dist worksteal $(TESTS)
 
 test-long: .venv/installed-dev  ## Run the slow tests too: storms of jobs, the paper's figures (hours). TESTS=path picks some.
 	$(BIN)/pytest -m "" $(TESTS)

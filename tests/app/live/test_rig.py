@@ -186,8 +186,13 @@ def test_ctrl_c_keeps_what_was_recorded_and_can_be_undone(tmp_path: Path) -> Non
             rig.move_strain(C=0.06, rate=1e-3)
 
     rig = opened(tmp_path / "live", watch=interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        drive(rig)
+    # A shell's background jobs ignore SIGINT, and children inherit that.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            drive(rig)
+    finally:
+        signal.signal(signal.SIGINT, before)
     record = kl.open_run(rig.folder)
     assert record.outcome.message == "interrupted; 4 equilibria kept"
     assert (len(record.trace), record.steps[-1].end) == (4, "abort")
