@@ -76,8 +76,12 @@ def test_a_centreline_of_ones_own_is_drawn_and_tested(page: Page, service: str, 
     # The points are in the protocol of the job, which needs no file.
     assert "x [l],y [l],z [l],site" in rest.get(f"/v1/jobs/{job}/files/protocol.yaml").text
     expect(page.locator(".knit canvas")).to_be_visible()
-    page.wait_for_timeout(300)
-    assert len(painted(page)) > 20  # shaded yarn, not an empty stage
+    # The knit is fetched and drawn some time after the job has ended; it is shaded yarn, not an empty stage.
+    for _ in range(100):
+        if len(painted(page)) > 20:
+            break
+        page.wait_for_timeout(100)
+    assert len(painted(page)) > 20
 
 
 def test_files_are_added_from_a_disk_and_kept(page: Page, service: str, tmp_path: Path) -> None:
