@@ -7,8 +7,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from app.records.reader import read_run
+from app.views.curve_styles import COLOURS, NAMES
 from app.views.curves import curves_of, stress_unit
-from app.views.plots import COLOURS, NAMES, draw_marks, draw_part, finish, quantity_of, stress_label
+from app.views.plots import draw_marks, draw_part, finish, quantity_of, stress_label
 from knitlab_core.errors import SpecificationError
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.views.plots import COLOURS, NAMES, finish
+from app.views.curve_styles import COLOURS, NAMES
+from app.views.plots import finish
 from rigs.analysis.master_curve import bending_factor, paper_factor
 
 if TYPE_CHECKING:

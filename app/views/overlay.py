@@ -15,9 +15,10 @@ from app.records.folder import RECORD
 from app.records.measurements import cycled, whole_test, zeroings_of
 from app.records.reader import read_run
 from app.schemas.listings import listed
+from app.views.curve_styles import NAMES
 from app.views.curves import force_unit, stress_unit
 from app.views.labels import shortened
-from app.views.plots import NAMES, framed, quantity_of, write_figure
+from app.views.plots import framed, quantity_of, write_figure
 from knitlab_core.errors import SpecificationError
 from rigs.analysis.alignment import Alignment, aligned
 from rigs.analysis.comparison import Group, by_axis, comparison_table, quantities, reference_of

@@ -5,6 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from app.views.curve_styles import (
+    BEYOND,
+    COLOURS,
+    DASHES,
+    MARKS,
+    MOST_CYCLES,
+    NAMES,
+    PINNED,
+    ROLE_LABELS,
+    STYLES,
+    TITLE,
+)
 from app.views.curves import curves_of, force_unit, stress_unit
 from app.views.lettering import boxes_allowed, write_plainly
 from app.views.pin_curves import pin_curves
@@ -12,7 +24,7 @@ from knitlab_core.errors import SpecificationError
 from rigs.axes import SHEARS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -23,51 +35,6 @@ if TYPE_CHECKING:
     from app.views.pin_curves import PinCurve
     from rigs.axes import Axis
     from rigs.record import SpecimenSize
-
-#: Okabe and Ito's palette: told apart by colour-blind readers.
-COLOURS: dict[Axis, str] = {
-    "C": "#0072B2",
-    "W": "#D55E00",
-    "P": "#009E73",
-    "WC": "#CC79A7",
-    "PC": "#56B4E9",
-    "PW": "#E69F00",
-}
-NAMES: dict[Axis, str] = {
-    "C": "course",
-    "W": "wale",
-    "P": "pile",
-    "WC": "shear WC",
-    "PC": "shear PC",
-    "PW": "shear PW",
-}
-#: Curves that lie on each other show through each other's dashes.
-DASHES: dict[Axis, str | tuple[float, tuple[float, ...]]] = {
-    "C": "-",
-    "W": (0, (4, 3)),
-    "P": (0, (2, 2)),
-    "WC": "-.",
-    "PC": (0, (6, 2, 1, 2)),
-    "PW": (0, (1, 2)),
-}
-#: Strain that an extensometer reads.
-PINNED: tuple[float, tuple[float, ...]] = (0, (1, 1.5))
-STYLES: Mapping[Role, str] = {"loading": "-", "unloading": "--", "hold": ":", "held": "-.", "free": "-."}
-ROLE_LABELS: Mapping[Role, str] = {
-    "loading": "loading",
-    "unloading": "unloading",
-    "hold": "all axes at rest",
-    "held": "held, another axis driven",
-    "free": "free, another axis driven",
-}
-#: Styles of lines in words.
-LINES: Mapping[str, str] = {"-": "full", "--": "dashed", ":": "dotted or a dot", "-.": "dash-dotted"}
-#: Marks of the limits of a material, in the order of their strains, and their colour.
-MARKS = ("X", "P")
-BEYOND = "#A3005C"
-MOST_CYCLES = 4
-#: Height of titles, on top of the axes: said, for matplotlib looks for it among all ticks else, a tenth of the time.
-TITLE = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,8 @@ import numpy as np
 
 from app.views.cameras import view_of
 from app.views.cells import middle_of, outline, vectors_at, vectors_of, window_of, with_images
+from app.views.curve_styles import BEYOND, NAMES
 from app.views.curves import prefixed
-from app.views.plots import BEYOND, NAMES
 from app.views.tube_figures import draw
 from app.views.tubes import tube
 from knitlab_core.errors import SpecificationError

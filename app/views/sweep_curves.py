@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from app.views.curve_styles import LINES, NAMES, ROLE_LABELS, STYLES
 from app.views.curves import curves_of, stress_unit
-from app.views.plots import (
-    LINES,
-    NAMES,
-    ROLE_LABELS,
-    STYLES,
-    draw_marks,
-    draw_part,
-    framed,
-    quantity_of,
-    stress_label,
-    write_figure,
-)
+from app.views.plots import draw_marks, draw_part, framed, quantity_of, stress_label, write_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

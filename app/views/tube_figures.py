@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.views.cameras import FROM_ABOVE
+from app.views.curve_styles import TITLE
 from app.views.curves import prefixed
-from app.views.plots import TITLE
 from app.views.tube_images import tube_images
 from app.views.tubes import fit_window
 

@@ -6,14 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from knitlab_core.errors import SpecificationError
-from knitlab_core.knits import (
-    Counts,
-    Fabric,
-    Stitch,
-    Yarn,
-    fabric_named,
-    has_cells,
-)
+from knitlab_core.knits import Counts, Fabric, Stitch, Yarn, fabric_named, has_cells
 from knitlab_core.knits.cell_rows import LEANING
 from knitlab_core.materials import DEFAULT_FRICTION, Material, MeasuredYarn, material_named
 from rigs.protocol.bounds import require, require_all

@@ -9,7 +9,7 @@ import numpy as np
 from app.studies.scoreboard.designs import AT, PLANAR, designs_of
 from app.studies.scoreboard.plan import CHANGED, design_names
 from app.studies.scoreboard.planar import ALONG, RATE
-from app.views.plots import COLOURS, NAMES
+from app.views.curve_styles import COLOURS, NAMES
 from app.views.score_figures import Drawn, Line, Panel
 from rigs.analysis.branches import branch
 from rigs.analysis.master_curve import paper_factor
